@@ -1,0 +1,60 @@
+"""Use a model that was trained elsewhere: check that it fits this run, and copy it to where the workflow looks for it.
+
+In: a trained model (.keras); a history.csv beside it is taken along.
+Out: the model and its learning curves (CSV with no rows where none are known).
+"""
+
+import argparse
+import json
+import shutil
+import zipfile
+from pathlib import Path
+
+from slurrycast.costs import measured_cost
+from slurrycast.features import FEATURE_NAMES
+from slurrycast.files import InputError, moved_into_place, run_main, write_text
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--surrogate", required=True, help="name under which the model is used")
+    parser.add_argument("--trained", required=True, type=Path, help="in: trained model (.keras)")
+    parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
+    parser.add_argument("--model", required=True, help="out: the model")
+    parser.add_argument("--history", required=True, help="out: its learning curves, CSV")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def input_shape(path: Path) -> tuple[int, int]:
+    """Frames and features that a model takes; InputError if the file is no Keras model with such an input."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            layers = json.loads(archive.read("config.json"))["config"]["layers"]
+        _, frames, features = layers[0]["config"]["batch_shape"]
+        return frames, features
+    except (OSError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
+        raise InputError(f"surrogate.model: {path} is no Keras model of (frames, features) input ({error})") from error
+
+
+def main() -> None:
+    """Check and copy."""
+    args = parse_args()
+    with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
+        shape, wanted = input_shape(args.trained), (len(args.input_frames), len(FEATURE_NAMES))
+        if shape != wanted:
+            raise InputError(
+                f"surrogate.model: {args.trained} takes {shape[0]} frames of {shape[1]} features, "
+                f"learning.input_frames gives {wanted[0]} of {wanted[1]}"
+            )
+        with moved_into_place(args.model) as part:
+            shutil.copyfile(args.trained, part)
+        history = args.trained.with_name("history.csv")
+        rows = history.read_text() if history.exists() else "epoch,loss,mae,val_loss,val_mae\n"
+        write_text(args.history, rows)
+    print(f"{args.surrogate}: {args.trained} is used as it is")
+
+
+if __name__ == "__main__":
+    run_main(main)

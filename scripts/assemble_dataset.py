@@ -1,0 +1,63 @@
+"""Assemble the data set: the input frames and the target frame of every particle of the training slurries.
+
+In: frame stores of the training slurries (HDF5).
+Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids and the random split into training and
+validation, as HDF5.
+"""
+
+import argparse
+
+import numpy as np
+
+from slurrycast.costs import measured_cost
+from slurrycast.dataset import TrainingSet, split, write_training_set
+from slurrycast.features import FEATURE_NAMES, particle_history
+from slurrycast.files import run_main
+from slurrycast.frames import read_frames
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", required=True, nargs="+", help="in: frame stores of the training slurries")
+    parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
+    parser.add_argument("--target-frame", required=True, type=int, help="frame number of the target")
+    parser.add_argument("--validation-share", required=True, type=float, help="share of the particles, 0 to 1")
+    parser.add_argument("--seed", required=True, type=int, help="seed of the split")
+    parser.add_argument("--dataset", required=True, help="out: data set, HDF5")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Assemble and write."""
+    args = parse_args()
+    with measured_cost(args.cost, "assemble_dataset") as cost:
+        features, targets, ids, names = [], [], [], []
+        for path in args.frames:
+            with read_frames(path) as store:
+                features.append(particle_history(store, args.input_frames))
+                targets.append(store.position_um(args.target_frame))
+                ids.append(store.particles.id)
+                names.append(str(store.attributes["slurry"]))
+        cost.particles = sum(map(len, ids))
+        write_training_set(
+            args.dataset,
+            TrainingSet(
+                features=np.concatenate(features),
+                targets=np.concatenate(targets),
+                slurry_index=np.repeat(np.arange(len(ids)), [len(i) for i in ids]),
+                slurries=tuple(names),
+                particle_id=np.concatenate(ids),
+                is_validation=split(cost.particles, args.validation_share, args.seed),
+                feature_names=FEATURE_NAMES,
+                input_frames=tuple(args.input_frames),
+                target_frame=args.target_frame,
+            ),
+            args.seed,
+        )
+    print(f"{cost.particles} samples of {len(names)} slurries: {', '.join(names)}")
+
+
+if __name__ == "__main__":
+    run_main(main)

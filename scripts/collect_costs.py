@@ -1,0 +1,81 @@
+"""Collect the cost records of all jobs in one table.
+
+Reads cost records and the run.json of DEM runs. Writes one row a job, in the order of the workflow and, within a stage,
+of the arguments: particles, steps (of the DEM), wall_s, cpu_s, max_rss_mb. A further stage, run_slurry_to_input, is the
+part of each DEM run up to the last input frame: all that a hybrid run needs of it.
+"""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import Cost, read_cost
+from slurrycast.files import InputError, run_main, write_text
+
+STAGES = (
+    "generate_inputs",
+    "run_slurry",
+    "run_slurry_to_input",
+    "extract_frames",
+    "assemble_dataset",
+    "train_surrogate",
+    "adopt_model",
+    "predict_slurry",
+    "wrap_slurry",
+    "relax_slurry",
+    "measure_density",
+    "measure_equilibrium",
+    "compare_coordinates",
+    "compute_rdf",
+    "compare_rdf",
+)
+
+
+def workflow_order(stage: str) -> int:
+    """Place of the stage in the workflow; what comes after the analysis (figures, report) is last."""
+    return STAGES.index(stage) if stage in STAGES else len(STAGES)
+
+
+def cost_to_input(path: Path, input_steps: int) -> dict:
+    """Row of the DEM's part up to step `input_steps`, from the segments of its run.json; memory is not known.
+
+    A segment that goes on beyond that step counts by its share of steps.
+    """
+    run = json.loads(path.read_text(encoding="utf-8"))
+    if run["segments"][-1]["step_end"] < input_steps:
+        raise InputError(f"{path}: ends before step {input_steps} of the last input frame")
+    wall_s = cpu_s = 0.0
+    for segment in run["segments"]:
+        steps = segment["step_end"] - segment["step_start"]
+        share = min(max((input_steps - segment["step_start"]) / steps, 0.0), 1.0)
+        wall_s += share * segment["wall_s"]
+        cpu_s += share * segment["cpu_s"]
+    cost = Cost("run_slurry_to_input", "-", run["slurry"], run["particles"], input_steps, wall_s, cpu_s)
+    return asdict(cost) | {"max_rss_mb": None}
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--costs", type=Path, nargs="+", required=True, help="cost records of the jobs (JSON)")
+    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="run.json of every DEM run")
+    parser.add_argument("--input-steps", type=int, required=True, help="DEM step of the last input frame")
+    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Collect all records and write the table."""
+    args = parse_args()
+    rows = [asdict(read_cost(path)) for path in args.costs]
+    rows += [cost_to_input(path, args.input_steps) for path in args.run_json]
+    rows.sort(key=lambda row: workflow_order(row["stage"]))
+    table = pd.DataFrame(rows).astype({"particles": "Int64", "steps": "Int64"})
+    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,65 @@
+"""Compare predicted with simulated final coordinates, for any number of surrogates and slurries.
+
+Reads pairs of frame stores: a predicted structure and the DEM frames of the same slurry at the target frame. Writes one
+row for each axis (x, y, z, all) with MSE (um2), MAE (um) and R2 of the unwrapped coordinates about the box centre,
+common shift removed, and the same with suffix _true_box for the prediction rescaled to the DEM's box.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.errors import AXES, coordinate_errors, true_box_errors
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.frames import FrameStore, read_frames
+
+
+def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> list[dict]:
+    """Rows of the table for one prediction; InputError if the two files hold different particles."""
+    slurry = predicted.attributes["slurry"]
+    if slurry != dem.attributes["slurry"] or not np.array_equal(predicted.particles.id, dem.particles.id):
+        raise InputError(f"{predicted.path}: slurry {slurry}, not the particles of {dem.path}")
+    target_um, predicted_um = dem.position_um(target_frame), predicted.position_um(predicted.last)
+    edges_um = dem.box(target_frame)[1], predicted.box(predicted.last)[1]
+    own_box = coordinate_errors(target_um, predicted_um)
+    true_box = true_box_errors(target_um, predicted_um, *edges_um)
+    return [
+        {"surrogate": predicted.attributes["surrogate"], "slurry": slurry, "axis": axis}
+        | vars(own_box[axis])
+        | {f"{name}_true_box": value for name, value in vars(true_box[axis]).items()}
+        for axis in AXES
+    ]
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="predicted structures (HDF5)")
+    parser.add_argument(
+        "--frames", type=Path, nargs="+", required=True, help="DEM frames (HDF5), one for each --predicted, in order"
+    )
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument("--table", type=Path, required=True, help="table of errors to write (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    args = parser.parse_args()
+    if len(args.predicted) != len(args.frames):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Compare every pair and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "compare_coordinates"):
+        rows = []
+        for predicted_path, dem_path in zip(args.predicted, args.frames, strict=True):
+            with read_frames(predicted_path) as predicted, read_frames(dem_path) as dem:
+                rows += error_rows(predicted, dem, args.target_frame)
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

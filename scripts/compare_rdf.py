@@ -1,0 +1,54 @@
+"""Compare the radial distribution functions of relaxed structures with those of the DEM's target structures.
+
+Reads the curves of any number of surrogates and slurries, all with a target. Writes one row for each pair of phases:
+end of the range r_max_um, number of bins, and the mean over the bins of |g_dem - g_relaxed|, dimensionless.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.rdf import mean_absolute_difference
+
+
+def difference_rows(path: Path) -> list[dict]:
+    """Rows of the table for the curves of one slurry; InputError if they have no target."""
+    curves = pd.read_csv(path, dtype={"surrogate": str, "slurry": str})
+    if curves["g_dem"].isna().any():
+        raise InputError(f"{path}: g_dem is empty, only slurries with a target can be compared")
+    return [
+        {
+            "surrogate": surrogate,
+            "slurry": slurry,
+            "pair": pair,
+            # r_um are centres of equal bins that start at 0.
+            "r_max_um": curve["r_um"].iloc[-1] + curve["r_um"].iloc[0],
+            "bins": len(curve),
+            "mean_abs_difference": mean_absolute_difference(curve["g_dem"], curve["g_relaxed"]),
+        }
+        for (surrogate, slurry, pair), curve in curves.groupby(["surrogate", "slurry", "pair"], sort=False)
+    ]
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rdf", type=Path, nargs="+", required=True, help="curves of slurries with a target (CSV)")
+    parser.add_argument("--table", type=Path, required=True, help="table of differences to write (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Compare the curves of every file and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "compare_rdf"):
+        rows = [row for path in args.rdf for row in difference_rows(path)]
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

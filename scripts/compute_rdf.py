@@ -1,0 +1,87 @@
+"""Compute the radial distribution functions of one slurry: target (DEM), predicted and relaxed structure.
+
+Reads three frame stores. Writes one row for each pair of phases (`all` and the pair asked for) and bin: r_um, the
+centre of the bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin
+width is cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
+"""
+
+import argparse
+import contextlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.frames import FrameStore, Particles, read_frames
+from slurrycast.rdf import bin_edges_um, radial_distribution
+
+
+def pair_masks(particles: Particles, phases: list[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Masks (n,) of the first and second particles for `all` and for the pair of `phases`, by the pair's name."""
+    for name in phases:
+        if name not in particles.phase_names or not particles.in_phase(name).any():
+            raise InputError(f"--pair {name}: no such particles, phases are {', '.join(particles.phase_names)}")
+    everything = np.ones(len(particles), dtype=bool)
+    first, second = (particles.in_phase(name) for name in phases)
+    return {"all": (everything, everything), "-".join(phases): (first, second)}
+
+
+def rdf_table(
+    structures: dict[str, tuple[FrameStore, int]], phases: list[str], cutoff_um: float, bins: int
+) -> pd.DataFrame:
+    """Curves of all `structures` (name of the column: store and frame number) in the same bins."""
+    stores = [store for store, _ in structures.values()]
+    slurry, ids = stores[0].attributes["slurry"], stores[0].particles.id
+    for store in stores:
+        if store.attributes["slurry"] != slurry or not np.array_equal(store.particles.id, ids):
+            raise InputError(f"{store.path}: not the particles of slurry {slurry} in {stores[0].path}")
+    r_edges_um = bin_edges_um(cutoff_um, bins, [store.box(frame)[1] for store, frame in structures.values()])
+    tables = []
+    for pair, (first, second) in pair_masks(stores[0].particles, phases).items():
+        curves = {
+            column: radial_distribution(store.position_um(k), *store.box(k), r_edges_um, first, second)
+            for column, (store, k) in structures.items()
+        }
+        centres_um = (r_edges_um[:-1] + r_edges_um[1:]) / 2
+        tables.append(pd.DataFrame({"pair": pair, "r_um": centres_um} | curves))
+    return pd.concat(tables)
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", type=Path, required=True, help="DEM frames of the slurry (HDF5)")
+    parser.add_argument("--predicted", type=Path, required=True, help="predicted structure (HDF5)")
+    parser.add_argument("--relaxed", type=Path, required=True, help="relaxed structure (HDF5)")
+    parser.add_argument("--target-frame", type=int, help="number of the DEM frame to compare with; omit if it has none")
+    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
+    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
+    parser.add_argument("--pair", nargs=2, required=True, metavar="PHASE", help="two phases, beside all particles")
+    parser.add_argument("--rdf", type=Path, required=True, help="curves to write (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Compute the curves of one slurry and write them."""
+    args = parse_args()
+    with measured_cost(args.cost, "compute_rdf") as cost, contextlib.ExitStack() as files:
+        dem, predicted, relaxed = (
+            files.enter_context(read_frames(path)) for path in (args.frames, args.predicted, args.relaxed)
+        )
+        cost.surrogate, cost.slurry = (str(predicted.attributes[key]) for key in ("surrogate", "slurry"))
+        cost.particles = len(predicted.particles)
+        structures = {"g_predicted": (predicted, predicted.last), "g_relaxed": (relaxed, relaxed.last)}
+        if args.target_frame is not None:
+            structures = {"g_dem": (dem, args.target_frame)} | structures
+        table = rdf_table(structures, args.pair, args.cutoff_um, args.bins)
+        table.insert(0, "surrogate", cost.surrogate)
+        table.insert(1, "slurry", cost.slurry)
+        columns = ["surrogate", "slurry", "pair", "r_um", "g_dem", "g_predicted", "g_relaxed"]
+        write_text(args.rdf, table.reindex(columns=columns).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,72 @@
+"""Write the LAMMPS inputs of one slurry: random particles in a box centred at the origin, and their pair coefficients.
+
+In: the physics of the slurry as JSON: sections formulation, force_field and dem of the configuration, and the slurry's
+row (mass in units, thickness ratio Lz/Lx, seed).
+Out: a LAMMPS data file (um, g/cm3), pair coefficients of the forces and of the push-off, and a JSON file that says what
+was reached: particles per type, mass fractions, derived seeds. Everything follows from the slurry's seed.
+"""
+
+import argparse
+import json
+from dataclasses import asdict
+
+import numpy as np
+
+from slurrycast import recipe
+from slurrycast.costs import measured_cost
+from slurrycast.files import run_main, write_text
+from slurrycast.forcefield import coefficients, push_off_coefficients
+from slurrycast.lammps_data import write_data
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--slurry", required=True, help="id of the slurry")
+    parser.add_argument("--physics", required=True, type=json.loads, help="JSON as described above")
+    parser.add_argument("--data", required=True, help="out: LAMMPS data file")
+    parser.add_argument("--coefficients", required=True, help="out: pair_coeff lines of the real forces")
+    parser.add_argument("--push-off", required=True, help="out: pair_coeff lines of the soft push-off")
+    parser.add_argument("--inputs", required=True, help="out: JSON with counts, fractions reached and seeds")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Write the inputs."""
+    args = parse_args()
+    formulation, row = args.physics["formulation"], args.physics["slurry"]
+    lennard_jones = args.physics["force_field"]["lennard_jones"]
+    with measured_cost(args.cost, "generate_inputs", slurry=args.slurry) as cost:
+        types = recipe.particle_types(formulation["phases"])
+        counts = recipe.particle_counts(types, row["mass_units"] * formulation["unit_mass_pg"])
+        cost.particles = int(counts.sum())
+        volume_um3 = float(counts @ [t.volume_um3 for t in types])
+        edges_um = recipe.box_edges_um(volume_um3 / formulation["initial_packing_fraction"], row["thickness_ratio"])
+        seeds = {
+            purpose: recipe.derived_seed(row["seed"], purpose) for purpose in ("positions", "velocities", "relaxation")
+        }
+        rng = np.random.default_rng(seeds["positions"])
+        position_um = recipe.random_positions_um(cost.particles, edges_um, rng)
+        particle_type = np.repeat([t.type for t in types], counts)
+        write_data(args.data, f"slurry {args.slurry}", types, particle_type, position_um, -edges_um / 2, edges_um)
+        write_text(args.coefficients, coefficients(types, lennard_jones))
+        write_text(args.push_off, push_off_coefficients(types))
+        reached = recipe.mass_fractions(types, counts)
+        report = {
+            "slurry": args.slurry,
+            "physics": args.physics,
+            "seeds": seeds,
+            "particles": cost.particles,
+            "mass_pg": float(counts @ [t.mass_pg for t in types]),
+            "mass_fractions_reached": reached,
+            "types": [{**asdict(t), "particles": int(n)} for t, n in zip(types, counts, strict=True)],
+        }
+        write_text(args.inputs, json.dumps(report, indent=1) + "\n")
+    wanted = {phase: settings["mass_fraction"] for phase, settings in formulation["phases"].items()}
+    fractions = ", ".join(f"{phase} {share:.4f} (wanted {wanted[phase]:.4f})" for phase, share in reached.items())
+    print(f"[{args.slurry}] {cost.particles} particles; mass fractions {fractions}")
+
+
+if __name__ == "__main__":
+    run_main(main)

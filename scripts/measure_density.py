@@ -1,0 +1,54 @@
+"""Measure density and volume of final structures, simulated (model DEM) and predicted (model hybrid).
+
+Reads the DEM frames of slurries that were run to the end, at the target frame, and relaxed structures. Writes one row
+a structure: density_g_cm3 and volume_um3 of the periodic box with all its particles; the surrogate of DEM rows is `-`.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import run_main, write_text
+from slurrycast.frames import FrameStore, read_frames
+
+
+def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> dict:
+    """Row of the table for one structure."""
+    return {
+        "surrogate": surrogate,
+        "slurry": store.attributes["slurry"],
+        "model": model,
+        "density_g_cm3": store.density_g_cm3(frame),
+        "volume_um3": store.volume_um3(frame),
+    }
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", type=Path, nargs="+", required=True, help="DEM frames, run to the end (HDF5)")
+    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="relaxed structures (HDF5)")
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
+    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Measure every structure and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_density"):
+        rows = []
+        for path in args.frames:
+            with read_frames(path) as store:
+                rows.append(density_row(store, args.target_frame, "-", "DEM"))
+        for path in args.relaxed:
+            with read_frames(path) as store:
+                rows.append(density_row(store, store.last, store.attributes["surrogate"], "hybrid"))
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

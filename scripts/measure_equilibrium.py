@@ -1,0 +1,77 @@
+"""Measure how far each DEM slurry has come: density and contacts at its end, and whether it is in equilibrium.
+
+Reads run.json and thermo.csv of every slurry. Writes one row a slurry: density_drift is the relative change of density
+over the last 10 % of the run, with a warning where it exceeds the bound; drift and time_to_equilibrium_us are empty for
+a run that ends at the last input frame (role new), and so is the warning.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.equilibrium import equilibrium
+from slurrycast.files import run_main, write_text
+
+
+def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:
+    """Row of the table for one slurry, from its run.json and thermo.csv."""
+    row, end = run["physics"]["slurry"], thermo.iloc[-1]
+    drift = time_us = None
+    warning = ""
+    if role != "new":
+        found = equilibrium(thermo["time_us"].to_numpy(), thermo["density_g_cm3"].to_numpy())
+        drift, time_us = found.density_drift, found.time_to_equilibrium_us
+        if abs(drift) > max_density_drift:
+            warning = (
+                f"not in equilibrium: density changed by {100 * drift:+.3g} % over the last 10 % of the run, "
+                f"at most {100 * max_density_drift:.3g} % is allowed"
+            )
+    return {
+        "slurry": run["slurry"],
+        "role": role,
+        "mass_units": row["mass_units"],
+        "thickness_ratio": row["thickness_ratio"],
+        "particles": run["particles"],
+        "density_g_cm3": end["density_g_cm3"],
+        "mean_contacts": end["mean_contacts"],
+        "density_drift": drift,
+        "time_to_equilibrium_us": time_us,
+        "run_time_us": end["time_us"],
+        "warning": warning,
+    }
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="run.json of every slurry")
+    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="thermo.csv of the same, in order")
+    parser.add_argument("--roles", nargs="+", required=True, help="train, validation, test or new; in the same order")
+    parser.add_argument("--max-density-drift", type=float, required=True, help="relative drift above which to warn")
+    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    args = parser.parse_args()
+    if not len(args.run_json) == len(args.thermo) == len(args.roles):
+        parser.error("--run-json, --thermo and --roles: as many of each are needed")
+    return args
+
+
+def main() -> None:
+    """Measure all slurries and write the table; warnings go to stderr too."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_equilibrium"):
+        rows = []
+        for run_path, thermo_path, role in zip(args.run_json, args.thermo, args.roles, strict=True):
+            run, thermo = json.loads(run_path.read_text(encoding="utf-8")), pd.read_csv(thermo_path)
+            rows.append(equilibrium_row(run, thermo, role, args.max_density_drift))
+            if rows[-1]["warning"]:
+                print(f"warning: slurry {run['slurry']}: {rows[-1]['warning']}", file=sys.stderr)
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

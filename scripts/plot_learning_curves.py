@@ -1,0 +1,63 @@
+"""Plot the learning curves of one surrogate (the study's Fig. 2): MSE and MAE on training and validation particles.
+
+In:  history.csv with columns epoch, loss (MSE, um2), mae (um), val_loss, val_mae; without rows for a model that was
+     trained elsewhere.
+Out: PNG with one panel for each measure, on a logarithmic scale.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
+
+from slurrycast.figures import TRAINING, VALIDATION, new_figure, note, save_figure
+from slurrycast.files import run_main
+
+MEASURES = (
+    ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),
+    ("mae", "val_mae", "Mean absolute error", "MAE (µm)"),
+)
+
+
+def draw_learning_curves(history: pd.DataFrame) -> Figure:
+    """Draw both measures against the epoch; the epoch of the weights in use is marked."""
+    figure = new_figure(9, 3.6)
+    for axes, (training, validation, title, label) in zip(figure.subplots(1, 2), MEASURES, strict=True):
+        axes.set(title=title, xlabel="Epoch", ylabel=label)
+        if history.empty:
+            note(axes, "no training in this run:\na trained model was given")
+            axes.set(xticks=[], yticks=[])
+            continue
+        marker = "o" if len(history) < 5 else None
+        axes.semilogy(history.epoch, history[training], color=TRAINING, marker=marker, label="training")
+        axes.semilogy(history.epoch, history[validation], color=VALIDATION, marker=marker, label="validation")
+        best = history.loc[history.val_loss.idxmin()]
+        label = f"{best[validation]:.3g} at epoch {best.epoch:.0f}: weights in use"
+        axes.plot(best.epoch, best[validation], "o", color=VALIDATION, mec="white", ms=9, zorder=3, label=label)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        low, high = axes.get_ylim()
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.legend(loc="upper right")
+    return figure
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--history", type=Path, required=True, help="history.csv of the surrogate")
+    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read the history and draw it."""
+    args = parse_args()
+    save_figure(draw_learning_curves(pd.read_csv(args.history)), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)

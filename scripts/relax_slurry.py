@@ -1,0 +1,96 @@
+"""Relax a predicted microstructure in LAMMPS: overlaps pushed off, then a fixed number of DEM steps under pressure.
+
+In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inputs of its slurry, the prediction itself
+(HDF5, for what the particles are).
+Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5).
+"""
+
+import argparse
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import moved_into_place, run_main
+from slurrycast.frames import Frame, read_frames, write_frames
+from slurrycast.lammps_dump import read_dump
+from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--wrapped", required=True, help="in: LAMMPS data file of the wrapped prediction")
+    parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
+    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
+    parser.add_argument("--coefficients", required=True, help="in: pair_coeff lines of the real forces")
+    parser.add_argument("--push-off", required=True, help="in: pair_coeff lines of the soft push-off")
+    parser.add_argument(
+        "--settings", required=True, type=json.loads, help="JSON: steps, push_off_iterations, pressure_damping_us"
+    )
+    parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
+    parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
+    parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
+    parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    parser.add_argument("--relaxed-data", required=True, help="out: LAMMPS data file")
+    parser.add_argument("--relaxed", required=True, help="out: relaxed microstructure, HDF5")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Relax and write."""
+    args = parse_args()
+    inputs = json.loads(args.inputs.read_text())
+    steps, dem = args.settings["steps"], inputs["physics"]["dem"]
+    variables = {
+        **force_field_variables(inputs["physics"]["force_field"], dem),
+        **args.settings,
+        "data": "wrapped.data",
+        "coefficients": "coefficients.lmp",
+        "push_off": "push_off.lmp",
+        "velocity_seed": inputs["seeds"]["relaxation"],
+        "thermo_every_steps": max(1, steps // 10),
+    }
+    launcher = Launcher(args.executable, args.launcher, args.ranks)
+    work = args.work
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    with read_frames(args.predicted) as store:
+        slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
+        with measured_cost(args.cost, "relax_slurry", surrogate, slurry) as cost:
+            for name, source in (
+                ("wrapped.data", args.wrapped),
+                ("coefficients.lmp", args.coefficients),
+                ("push_off.lmp", args.push_off),
+            ):
+                shutil.copyfile(source, work / name)
+            progress = Progress(f"{slurry} relaxation", 0, steps, lambda line: print(line, flush=True))
+            run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
+            run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
+            (dump,) = read_dump(work / "relaxed.dump")
+            frame = Frame(
+                number=store.last,
+                step=steps,
+                time_us=steps * dem["timestep_us"],
+                position_um=dump.values[:, 3:6],
+                scaled_position=dump.values[:, 6:9],
+                coordination=dump.values[:, 9].astype(np.int32),
+                lower_um=dump.lower_um,
+                edges_um=dump.edges_um,
+            )
+            attributes = {**store.attributes, "stage": "relaxed", "relaxation": json.dumps(args.settings)}
+            del attributes["phases"]
+            write_frames(args.relaxed, store.particles, [frame], attributes)
+            with moved_into_place(args.relaxed_data) as part:
+                shutil.copyfile(work / "relaxed.data", part)
+            cost.particles, cost.steps = len(store.particles), steps
+    shutil.rmtree(work)
+    with read_frames(args.relaxed) as relaxed:
+        print(f"[{slurry}] {surrogate}: relaxed to {relaxed.density_g_cm3(relaxed.last):.4f} g/cm3")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,172 @@
+"""Run the DEM of one slurry: overlaps pushed off, then a chain of segments under pressure until it is equilibrated.
+
+In: what generate_inputs.py wrote.
+Out: the frames as one LAMMPS dump (um), a restart file for each restart frame, the thermo table as CSV (us, g/cm3, kPa,
+K, um) and a JSON summary with the density drift, the time to equilibrium, warnings and the cost of each segment.
+
+The work folder holds the restart file of each finished segment: a run that was killed goes on from the last one when it
+is started again with the same inputs, and ends with the same numbers. It is removed when all outputs are in place.
+"""
+
+import argparse
+import hashlib
+import json
+import shutil
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import moved_into_place, run_main, write_text
+from slurrycast.lammps_log import Log, read_log
+from slurrycast.lammps_run import SCRIPTS, Launcher, Progress, force_field_variables, run_lammps
+
+LAMMPS_SCRIPTS = ("push_off.lmp", "start.lmp", "slurry.lmp")
+THERMO_COLUMNS = (
+    "step",
+    "time_us",
+    "density_g_cm3",
+    "pressure_kpa",
+    "temperature_k",
+    "temperature_rotational_k",
+    "mean_contacts",
+    "lx_um",
+    "ly_um",
+    "lz_um",
+)
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--inputs", required=True, help="in: JSON of generate_inputs.py")
+    parser.add_argument("--data", required=True, help="in: LAMMPS data file")
+    parser.add_argument("--coefficients", required=True, help="in: pair_coeff lines of the real forces")
+    parser.add_argument("--push-off", required=True, help="in: pair_coeff lines of the soft push-off")
+    parser.add_argument("--last-frame", required=True, type=int, help="number of the frame at which the run ends")
+    parser.add_argument("--work", required=True, type=Path, help="work folder, from which a killed run goes on")
+    parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
+    parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
+    parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    parser.add_argument("--dump", required=True, help="out: all frames, LAMMPS text dump")
+    parser.add_argument(
+        "--restarts", nargs="*", default=[], help="out: frame_<k>.restart files, k as dem.restart_frames"
+    )
+    parser.add_argument("--thermo", required=True, help="out: thermo table, CSV")
+    parser.add_argument("--run", required=True, help="out: summary, JSON")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def boundaries(frame_steps: int, last_frame: int, segment_frames: int, restart_frames: Sequence[int]) -> list[int]:
+    """Steps at which the segments of a run begin and end: every `segment_frames` frames and at each restart frame."""
+    frames = {*range(0, last_frame, segment_frames), *restart_frames, last_frame}
+    return [frame * frame_steps for frame in sorted(frames) if frame <= last_frame]
+
+
+def prepare_work(work: Path, inputs: Sequence[Path]) -> None:
+    """Fill the work folder; one that was made from other inputs or other LAMMPS scripts is emptied first."""
+    files = [*inputs, *(SCRIPTS / name for name in LAMMPS_SCRIPTS)]
+    identity = hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in files)).hexdigest()
+    marker = work / "identity"
+    if work.exists() and not (marker.exists() and marker.read_text() == identity):
+        print(f"{work}: left by a run with other inputs; starting anew")
+        shutil.rmtree(work)
+    work.mkdir(parents=True, exist_ok=True)
+    for name, file in zip(("initial.data", "coefficients.lmp", "push_off.lmp"), inputs[1:], strict=True):
+        shutil.copyfile(file, work / name)
+    write_text(marker, identity)
+
+
+def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
+    """One table of all segments; the first row of a segment repeats the last one of the segment before."""
+    tables = [pd.DataFrame(log.thermo, columns=THERMO_COLUMNS).iloc[min(index, 1) :] for index, log in enumerate(logs)]
+    return pd.concat(tables, ignore_index=True).astype({"step": int})
+
+
+def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launcher) -> list[Log]:
+    """Run the segments between `steps` that the work folder does not hold yet; return the logs of all."""
+    dem, name = inputs["physics"]["dem"], inputs["slurry"]
+    variables = {
+        **force_field_variables(inputs["physics"]["force_field"], dem),
+        "data": "initial.data",
+        "coefficients": "coefficients.lmp",
+        "push_off": "push_off.lmp",
+        "push_off_iterations": dem["push_off_iterations"],
+        "velocity_seed": inputs["seeds"]["velocities"],
+        "pressure_damping_us": dem["pressure_damping_us"],
+        "thermo_every_steps": dem["thermo_every_steps"],
+        "frame_every_steps": steps_per_frame(dem),
+    }
+    done = [to for to in steps if (work / f"step_{to}.restart").exists()]
+    if not done:
+        run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
+        run_lammps(launcher, "start.lmp", variables, work, "start.log")
+        done = [0]
+    elif done[-1]:
+        print(f"[{name}] goes on from step {done[-1]} of {steps[-1]}")
+    progress = Progress(name, done[-1], steps[-1], lambda line: print(line, flush=True))
+    logs = []
+    for first, last in pairwise(steps):
+        log = f"segment_{last}.log"
+        if last <= done[-1]:
+            logs.append(read_log(work / log))
+        else:
+            logs.append(
+                run_lammps(launcher, "slurry.lmp", {**variables, "from": first, "to": last}, work, log, progress)
+            )
+    return logs
+
+
+def steps_per_frame(dem: dict) -> int:
+    """Steps from one frame to the next."""
+    return dem["steps"] // (dem["frames"] - 1)
+
+
+def main() -> None:
+    """Run, summarise, move the outputs into place."""
+    args = parse_args()
+    inputs = json.loads(Path(args.inputs).read_text())
+    dem = inputs["physics"]["dem"]
+    with measured_cost(args.cost, "run_slurry", slurry=inputs["slurry"]) as cost:
+        prepare_work(args.work, [Path(p) for p in (args.inputs, args.data, args.coefficients, args.push_off)])
+        steps = boundaries(steps_per_frame(dem), args.last_frame, dem["segment_frames"], dem["restart_frames"])
+        launcher = Launcher(args.executable, args.launcher, args.ranks)
+        logs = run_segments(args.work, inputs, steps, launcher)
+
+        with moved_into_place(args.dump) as part, part.open("wb") as whole:
+            for last in steps[1:]:
+                with (args.work / f"frames_{last}.dump").open("rb") as segment:
+                    shutil.copyfileobj(segment, whole, 1 << 20)
+        for path in map(Path, args.restarts):
+            step = int(path.stem.removeprefix("frame_")) * steps_per_frame(dem)
+            with moved_into_place(path) as part:
+                shutil.copyfile(args.work / f"step_{step}.restart", part)
+        thermo = thermo_table(logs)
+        with moved_into_place(args.thermo) as part:
+            thermo.to_csv(part, index=False, float_format="%.10g")
+        segments = [
+            {"step_start": first, "step_end": last, "wall_s": log.wall_s, "cpu_s": round(log.cpu_s, 4)}
+            for (first, last), log in zip(pairwise(steps), logs, strict=True)
+        ]
+        summary = {
+            "slurry": inputs["slurry"],
+            "particles": inputs["particles"],
+            "steps": steps[-1],
+            "frames_written": args.last_frame + 1,
+            "lammps_version": logs[-1].version,
+            "ranks": args.ranks,
+            "physics": inputs["physics"],
+            "segments": segments,
+        }
+        write_text(args.run, json.dumps(summary, indent=1) + "\n")
+        cost.particles, cost.steps = inputs["particles"], steps[-1]
+    shutil.rmtree(args.work)
+    last = thermo.iloc[-1]
+    print(f"[{inputs['slurry']}] done: {last.density_g_cm3:.4f} g/cm3 at {last.time_us:g} us")
+
+
+if __name__ == "__main__":
+    run_main(main)

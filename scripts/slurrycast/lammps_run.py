@@ -1,0 +1,127 @@
+"""Start LAMMPS, watch it and judge its log."""
+
+import contextlib
+import os
+import shlex
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from slurrycast.files import InputError, RunError
+from slurrycast.lammps_log import Log, read_log, thermo_row
+
+SCRIPTS = Path(__file__).resolve().parents[1] / "lammps"
+
+
+@dataclass(frozen=True)
+class Launcher:
+    """How LAMMPS is started on this machine: `executable`, and `launcher` -n `ranks` before it when ranks > 1."""
+
+    executable: str
+    launcher: str
+    ranks: int
+
+    def command(self) -> list[str]:
+        """Command line without LAMMPS' own options; InputError if a program cannot be found."""
+        words = shlex.split(self.executable)
+        if self.ranks > 1:
+            words = [*shlex.split(self.launcher), "-n", str(self.ranks), *words]
+        for key, program in (("dem.executable", shlex.split(self.executable)[0]), ("dem.launcher", words[0])):
+            if shutil.which(program) is None:
+                raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
+        return words
+
+
+def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, object]:
+    """The -var settings that every script with real forces needs, from the sections force_field and dem."""
+    hertz = force_field["granular_hertz"]
+    return {
+        "skin_um": dem["skin_um"],
+        "normal_stiffness_kpa": hertz["normal_stiffness_kpa"],
+        "tangential_stiffness_kpa": hertz["tangential_stiffness_ratio"] * hertz["normal_stiffness_kpa"],
+        "normal_damping": hertz["normal_damping_per_um_us"],
+        "tangential_damping": hertz["tangential_damping_ratio"] * hertz["normal_damping_per_um_us"],
+        "friction": hertz["friction"],
+        "timestep_us": dem["timestep_us"],
+        "temperature_k": dem["temperature_k"],
+        "temperature_damping_us": dem["temperature_damping_us"],
+        "pressure_kpa": dem["pressure_kpa"],
+    }
+
+
+class Progress:
+    """Says now and then how far a run is: `say` gets one line."""
+
+    def __init__(self, name: str, first: int, last: int, say: Callable[[str], None], every_s: float = 5.0) -> None:
+        self._name, self._first, self._last, self._say, self._every_s = name, first, last, say, every_s
+        self._start = self._said = time.monotonic()
+
+    def __call__(self, step: int, density_g_cm3: float) -> None:
+        """Report `step` and density if the last report is long enough ago."""
+        now = time.monotonic()
+        if now - self._said < self._every_s or step <= self._first:
+            return
+        self._said = now
+        left_s = (now - self._start) * (self._last - step) / (step - self._first)
+        self._say(
+            f"[{self._name}] step {step} of {self._last} ({step / self._last:.0%}), density {density_g_cm3:.3f} g/cm3, "
+            f"{now - self._start:.0f} s, about {left_s:.0f} s left"
+        )
+
+
+def run_lammps(
+    launcher: Launcher,
+    script: str,
+    variables: Mapping[str, object],
+    folder: Path,
+    log: str,
+    progress: Callable[[int, float], None] | None = None,
+) -> Log:
+    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`.
+
+    `progress` is called with step and density for each line of the thermo table as it is printed. RunError if the log
+    shows a failure, or a processor grid that is not the ranks asked for: some launchers start N copies of one rank,
+    which then overwrite each other's files.
+    """
+    settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
+    command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
+    (folder / log).unlink(missing_ok=True)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    columns: list[str] = []
+    tail: list[str] = []
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    ) as process:
+        try:
+            for line in process.stdout:
+                tail = [*tail[-4:], line.strip()]
+                if line.split()[:1] == ["Step"]:
+                    columns = line.split()
+                elif progress and "v_density_g_cm3" in columns and (row := thermo_row(line, len(columns))):
+                    progress(int(row[0]), row[columns.index("v_density_g_cm3")])
+        except BaseException:
+            with contextlib.suppress(ProcessLookupError):
+                process.terminate()
+            raise
+    if process.returncode and not (folder / log).exists():
+        raise RunError(
+            f"{shlex.join(command[:4])} ... ended with exit code {process.returncode}: {' '.join(tail)[-300:]}"
+        )
+    result = read_log(folder / log)
+    if result.ranks != launcher.ranks:
+        raise RunError(
+            f"LAMMPS ran on {result.ranks} MPI ranks where dem.ranks asks for {launcher.ranks}: check dem.launcher; "
+            f"log: {folder / log}"
+        )
+    if process.returncode:
+        raise RunError(f"LAMMPS ended with exit code {process.returncode}; log: {folder / log}")
+    return result

@@ -1,0 +1,78 @@
+"""What the hybrid chain costs for one slurry, against the full DEM and against the DEM up to equilibrium."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+# parts of a hybrid run in the order of the workflow: stage in the cost table, name in figures and tables
+HYBRID_PARTS = {
+    "run_slurry_to_input": "DEM to the last input frame",
+    "predict_slurry": "prediction",
+    "wrap_slurry": "wrapping",
+    "relax_slurry": "relaxation",
+}
+
+
+def share_until(run: Mapping, time_us: float, run_time_us: float, clock: str = "wall_s") -> float:
+    """Share of a DEM run's time on `clock` that was spent before the simulated time `time_us`.
+
+    `run` is the content of run.json; a segment that goes on beyond that time counts by its share of steps.
+    """
+    segments = pd.DataFrame(run["segments"])
+    step = time_us / run_time_us * segments.step_end.iloc[-1]
+    shares = ((step - segments.step_start) / (segments.step_end - segments.step_start)).clip(0, 1)
+    return float((shares * segments[clock]).sum() / segments[clock].sum())
+
+
+def compare_costs(
+    costs: pd.DataFrame, equilibrium: pd.DataFrame, runs: Mapping[str, Mapping], clock: str = "wall_s"
+) -> pd.DataFrame:
+    """Seconds of each part for every slurry that went through the hybrid chain, in the order of `equilibrium`.
+
+    `costs` is tables/cost.csv, `equilibrium` tables/equilibrium.csv, `runs` the content of run.json by slurry; `clock`
+    is wall_s or cpu_s. Columns: surrogate, slurry, particles, one a stage of HYBRID_PARTS, hybrid, dem,
+    dem_to_equilibrium, ratio (dem / hybrid), ratio_to_equilibrium. The last four are NaN where the DEM was not run to
+    the end, or does not reach equilibrium before it.
+    """
+    rows = []
+    relaxations = costs[costs.stage == "relax_slurry"]
+    for surrogate in dict.fromkeys(relaxations.surrogate):
+        relaxed = set(relaxations.slurry[relaxations.surrogate == surrogate])
+        for slurry in equilibrium[equilibrium.slurry.isin(relaxed)].itertuples():
+            own = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
+            seconds = own.groupby("stage")[clock].sum()
+            parts = {stage: float(seconds.get(stage, np.nan)) for stage in HYBRID_PARTS}
+            hybrid = sum(parts.values())
+            dem = float(seconds["run_slurry"]) if slurry.role != "new" else np.nan
+            share = np.nan
+            if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
+                run = runs[slurry.slurry]
+                share = share_until(run, slurry.time_to_equilibrium_us, slurry.run_time_us, clock)
+            rows.append(
+                {"surrogate": surrogate, "slurry": slurry.slurry, "particles": slurry.particles}
+                | parts
+                | {
+                    "hybrid": hybrid,
+                    "dem": dem,
+                    "dem_to_equilibrium": dem * share,
+                    "ratio": dem / hybrid,
+                    "ratio_to_equilibrium": dem * share / hybrid,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def read_equilibrium(path: str | Path) -> pd.DataFrame:
+    """Read tables/equilibrium.csv: ids are text, a missing warning is the empty text."""
+    table = pd.read_csv(path, dtype={"slurry": str})
+    return table.assign(warning=table.warning.fillna("").astype(str))
+
+
+def time_unit(longest_s: float) -> tuple[float, str]:
+    """Seconds in a fitting unit for times up to `longest_s`, and the unit's name."""
+    for length_s, name in ((3600.0, "h"), (60.0, "min")):
+        if longest_s > 3 * length_s:
+            return length_s, name
+    return 1.0, "s"

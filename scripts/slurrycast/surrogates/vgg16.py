@@ -1,0 +1,340 @@
+"""The published surrogate: VGG16 made one-dimensional, from a particle's input frames to its final coordinates.
+
+Layers as in Table 2, training as in the text of Le-Dinh et al., J. Power Sources 2026,
+doi 10.1016/j.jpowsour.2026.240447; the hidden activation (not stated there) is ReLU as in Simonyan & Zisserman,
+arXiv:1409.1556.
+
+Training computes the same with less work, and writes the plain network. Pooling shortens the four frames to length 1
+behind block 2; there the outer taps of a "same" convolution of kernel 3 only ever see padding: their gradient is
+exactly 0, Adamax never moves them, and the layer is a dense one with the centre tap. The 4096 units of the wide dense
+layers are computed and updated in shards, whose arrays make better use of the cache.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import h5py
+import numpy as np
+import psutil
+
+from slurrycast.dataset import TrainingSet
+from slurrycast.files import InputError, moved_into_place, write_text
+
+if TYPE_CHECKING:
+    import keras
+    import tensorflow as tf
+
+NAME = "vgg16"
+LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
+BOX_RULE = "scale_of_prediction"
+
+BLOCKS = ((64, 64), (128, 128), (256, 256, 256), (512, 512, 512), (512, 512, 512))  # filters of the convolutions
+DENSE_UNITS = 4096
+# The study does not state the initial weights. He et al., arXiv:1502.01852, made these for deep networks of ReLU; with
+# Keras' default (Glorot & Bengio 2010) the signal all but vanishes on its way through 13 convolutions.
+INITIALIZER = "he_uniform"
+KERNEL = 3
+
+# Adamax as in Kingma & Ba, arXiv:1412.6980, with the defaults of Keras.
+BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-7
+
+SHARD_UNITS = 512  # fastest of 128 to 4096 at batches of 100, where it saves 16 % of a step; no effect at 500
+CHECKPOINT_INTERVAL_S = 30.0  # at least; writing 330 MB takes below a second
+PREDICTION_BATCH = 1024
+STATE = ("weights", "momentum", "norm")  # of a Trainer, as checkpoints name them
+
+
+def build(n_frames: int, n_features: int) -> "keras.Model":
+    """Make the network of Table 2 with random weights: (batch, n_frames, n_features) to (batch, 3)."""
+    from keras import Input, Model, layers
+
+    x = inputs = Input((n_frames, n_features), name="frames")
+    for block, filters in enumerate(BLOCKS, start=1):
+        for number, n_filters in enumerate(filters, start=1):
+            name = f"block{block}_conv{number}"
+            x = layers.Conv1D(
+                n_filters, KERNEL, padding="same", activation="relu", kernel_initializer=INITIALIZER, name=name
+            )(x)
+        x = layers.MaxPooling1D(2, padding="same", name=f"block{block}_pool")(x)
+    x = layers.Flatten(name="flatten")(x)
+    x = layers.Dense(DENSE_UNITS, activation="relu", kernel_initializer=INITIALIZER, name="dense1")(x)
+    x = layers.Dense(DENSE_UNITS, activation="relu", kernel_initializer=INITIALIZER, name="dense2")(x)
+    return Model(inputs, layers.Dense(3, name="coordinates_um")(x), name=NAME)
+
+
+def trained_parts(plain: "keras.Model", weights: list[np.ndarray]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
+    """Return views of what training moves in `weights` of `plain`: the shards (kernel, bias) of each layer.
+
+    Where the length is 1 the kernel is the centre tap, (channels, filters). Wide layers come in shards of SHARD_UNITS.
+    """
+    parts = []
+    layers = [layer for layer in plain.layers if layer.weights]
+    for layer, kernel, bias in zip(layers, weights[::2], weights[1::2], strict=True):
+        if kernel.ndim == 3 and layer.input.shape[1] == 1:
+            kernel = kernel[KERNEL // 2]
+        shards = max(1, kernel.shape[-1] // SHARD_UNITS) if kernel.ndim == 2 else 1
+        parts.append(list(zip(np.split(kernel, shards, axis=-1), np.split(bias, shards), strict=True)))
+    return parts
+
+
+class Trainer:
+    """The trained parts of a network with their Adamax state; mean squared error on mini-batches.
+
+    TensorFlow's fused update reads and writes each array once or twice, where Keras' own Adamax makes a dozen
+    temporaries of the size of the weights; the formula is the same.
+    """
+
+    def __init__(self, plain: "keras.Model", learning_rate: float) -> None:
+        import tensorflow as tf
+
+        self.layers = [
+            [(tf.Variable(kernel), tf.Variable(bias)) for kernel, bias in shards]
+            for shards in trained_parts(plain, plain.get_weights())
+        ]
+        self.weights = [weight for shards in self.layers for shard in shards for weight in shard]
+        self.momentum = [tf.Variable(tf.zeros_like(weight)) for weight in self.weights]
+        self.norm = [tf.Variable(tf.zeros_like(weight)) for weight in self.weights]
+        self.steps = tf.Variable(0, dtype=tf.int64)
+
+        features = tf.TensorSpec((None, *plain.input_shape[1:]))
+        targets = tf.TensorSpec((None, 3))
+
+        @tf.function(input_signature=[features])
+        def predict_on_batch(features):
+            return self._forward(features)
+
+        @tf.function(input_signature=[features, targets])
+        def train_on_batch(features, targets):
+            with tf.GradientTape() as tape:
+                error = self._forward(features) - targets
+                loss = tf.reduce_mean(tf.square(error))
+            gradients = tape.gradient(loss, self.weights)
+            self.steps.assign_add(1)
+            beta_1_power = tf.pow(BETA_1, tf.cast(self.steps, tf.float32))
+            for weight, m, u, gradient in zip(self.weights, self.momentum, self.norm, gradients, strict=True):
+                tf.raw_ops.ResourceApplyAdaMax(
+                    var=weight.handle,
+                    m=m.handle,
+                    v=u.handle,
+                    beta1_power=beta_1_power,
+                    lr=learning_rate,
+                    beta1=BETA_1,
+                    beta2=BETA_2,
+                    epsilon=EPSILON,
+                    grad=gradient,
+                )
+            return loss, tf.reduce_mean(tf.abs(error))
+
+        self.predict_on_batch = predict_on_batch
+        self.train_on_batch = train_on_batch
+
+    def _forward(self, x: "tf.Tensor") -> "tf.Tensor":
+        """Apply the network: the same as `build` says, on the trained parts."""
+        import tensorflow as tf
+
+        def apply(shards):
+            if shards[0][0].shape.rank == 3:
+                ((kernel, bias),) = shards
+                return tf.nn.bias_add(tf.nn.conv1d(x, kernel, 1, "SAME"), bias)
+            flat = tf.reshape(x, (-1, shards[0][0].shape[0]))
+            return tf.concat([tf.nn.bias_add(tf.matmul(flat, kernel), bias) for kernel, bias in shards], axis=1)
+
+        layers = iter(self.layers)
+        for filters in BLOCKS:
+            for _ in filters:
+                x = tf.nn.relu(apply(next(layers)))
+            if x.shape.rank == 3:
+                x = tf.nn.max_pool1d(x, 2, 2, "SAME")
+        for _ in ("dense1", "dense2"):
+            x = tf.nn.relu(apply(next(layers)))
+        return apply(next(layers))
+
+    def write_back(self, plain: "keras.Model", trained: list[np.ndarray]) -> None:
+        """Give `plain` the weights `trained`, in the order of `weights`; its outer taps stay as they are."""
+        weights = plain.get_weights()
+        parts = [part for shards in trained_parts(plain, weights) for shard in shards for part in shard]
+        for part, new in zip(parts, trained, strict=True):
+            part[...] = new
+        plain.set_weights(weights)
+
+    def train_epoch(self, features: np.ndarray, targets: np.ndarray, order: np.ndarray, size: int) -> np.ndarray:
+        """Run one pass in batches of `size` in `order`; return mean squared and mean absolute error of the pass."""
+        batches = [order[start : start + size] for start in range(0, len(order), size)]
+        errors = [np.stack(self.train_on_batch(features[batch], targets[batch])) for batch in batches]
+        return np.average(errors, axis=0, weights=[len(batch) for batch in batches])
+
+    def errors(self, features: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Mean squared and mean absolute error."""
+        starts = range(0, len(features), PREDICTION_BATCH)
+        predicted = [self.predict_on_batch(features[start : start + PREDICTION_BATCH]) for start in starts]
+        error = np.concatenate(predicted) - targets
+        return np.array([np.mean(error**2), np.mean(abs(error))])
+
+
+@dataclass
+class Progress:
+    """Where a training stands, beside weights and optimizer."""
+
+    history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae of each epoch
+    best: list[np.ndarray] = field(default_factory=list)  # weights of the epoch with the lowest val_loss
+    earlier_wall_s: float = 0.0
+    earlier_cpu_s: float = 0.0
+
+
+def _spent(progress: Progress) -> tuple[float, float]:
+    own_wall_s = time.time() - psutil.Process().create_time()
+    return progress.earlier_wall_s + own_wall_s, progress.earlier_cpu_s + time.process_time()
+
+
+def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: Progress) -> None:
+    with moved_into_place(path) as part, h5py.File(part, "w") as file:
+        file.attrs["fingerprint"] = fingerprint
+        file.attrs["steps"] = int(trainer.steps)
+        file.attrs["wall_s"], file.attrs["cpu_s"] = _spent(progress)
+        file["history"] = np.array(progress.history)
+        for name in STATE:
+            for place, variable in enumerate(getattr(trainer, name)):
+                file[f"{name}/{place}"] = variable.numpy()
+        for place, array in enumerate(progress.best):
+            file[f"best/{place}"] = array
+
+
+def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer) -> Progress:
+    if not path.exists():
+        return Progress()
+    try:
+        with h5py.File(path) as file:
+            if file.attrs["fingerprint"] != fingerprint:
+                print(f"[{NAME}] {path} is of other settings or another data set: starting anew", flush=True)
+                return Progress()
+            state = {
+                name: [file[f"{name}/{place}"][:] for place in range(len(file[name]))] for name in (*STATE, "best")
+            }
+            progress = Progress(
+                history=list(file["history"][:]),
+                best=state["best"],
+                earlier_wall_s=float(file.attrs["wall_s"]),
+                earlier_cpu_s=float(file.attrs["cpu_s"]),
+            )
+            steps = int(file.attrs["steps"])
+    except (OSError, KeyError) as error:
+        print(f"[{NAME}] {path} cannot be read ({error}): starting anew", flush=True)
+        return Progress()
+    trainer.steps.assign(steps)
+    for name in STATE:
+        for variable, value in zip(getattr(trainer, name), state[name], strict=True):
+            variable.assign(value)
+    print(f"[{NAME}] resuming after epoch {len(progress.history)}", flush=True)
+    return progress
+
+
+def _fingerprint(training_set: TrainingSet, settings: Mapping[str, float]) -> str:
+    digest = hashlib.sha256(json.dumps(dict(settings), sort_keys=True).encode())
+    for array in (training_set.features, training_set.targets, training_set.is_validation):
+        digest.update(np.ascontiguousarray(array))
+    return digest.hexdigest()
+
+
+def _make_deterministic(seed: int, threads: int) -> None:
+    import keras
+    import tensorflow as tf
+
+    try:
+        tf.config.threading.set_intra_op_parallelism_threads(threads)
+        tf.config.threading.set_inter_op_parallelism_threads(threads)
+    except RuntimeError:
+        print(f"[{NAME}] TensorFlow is running already: its number of threads stays as it is", flush=True)
+    tf.config.experimental.enable_op_determinism()
+    keras.utils.set_random_seed(seed)
+
+
+def fit(
+    training_set: TrainingSet,
+    settings: Mapping[str, float],
+    model_path: str | Path,
+    history_path: str | Path,
+    work_directory: str | Path,
+) -> dict[str, float]:
+    """Train with Adamax on the mean squared error; write the plain Keras model and history.csv (see the package).
+
+    The model has the weights of the epoch with the lowest validation loss. `settings`: epochs, batch_size,
+    learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
+    `work_directory` of the same settings and data is continued as if there had been no break. InputError for settings
+    that are missing and if the loss is not finite.
+    """
+    for key in ("epochs", "batch_size", "learning_rate", "threads"):
+        if not settings.get(key, 0) > 0:
+            raise InputError(f"{NAME}: setting {key} is {settings.get(key)}, it must be above 0")
+    _make_deterministic(settings["seed"], settings["threads"])
+    plain = build(*training_set.features.shape[1:])
+    trainer = Trainer(plain, settings["learning_rate"])
+    checkpoint = Path(work_directory) / "checkpoint.h5"
+    fingerprint = _fingerprint(training_set, settings)
+    progress = _read_checkpoint(checkpoint, fingerprint, trainer)
+
+    features, targets = training_set.features.astype(np.float32), training_set.targets.astype(np.float32)
+    held = training_set.is_validation
+    trained = np.flatnonzero(~held)
+    epochs, first = settings["epochs"], len(progress.history)
+    best_loss = min((row[2] for row in progress.history), default=np.inf)
+    start = saved = time.monotonic()
+    for epoch in range(first + 1, epochs + 1):
+        order = np.random.default_rng((settings["seed"], epoch)).permutation(trained)
+        losses = trainer.train_epoch(features, targets, order, settings["batch_size"])
+        row = np.concatenate([losses, trainer.errors(features[held], targets[held])])
+        if not np.isfinite(row).all():
+            raise InputError(
+                f"{NAME}: the loss is not finite in epoch {epoch}, "
+                f"learning_rate {settings['learning_rate']} is too large"
+            )
+        progress.history.append(row)
+        if row[2] < best_loss:
+            best_loss, progress.best = row[2], [weight.numpy() for weight in trainer.weights]
+        now = time.monotonic()
+        left_s = (now - start) / (epoch - first) * (epochs - epoch)
+        print(
+            f"[{NAME}] epoch {epoch}/{epochs} loss {row[0]:.4g} val_loss {row[2]:.4g}, "
+            f"{now - start:.0f} s elapsed, {left_s:.0f} s left",
+            flush=True,
+        )
+        if now - saved >= CHECKPOINT_INTERVAL_S and epoch < epochs:
+            _write_checkpoint(checkpoint, fingerprint, trainer, progress)
+            saved = time.monotonic()
+
+    best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
+    print(f"[{NAME}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
+    trainer.write_back(plain, progress.best)
+    rows = (",".join([str(epoch), *map(repr, map(float, row))]) for epoch, row in enumerate(progress.history, start=1))
+    write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
+    with moved_into_place(model_path) as part:
+        plain.save(part)
+    return {"earlier_wall_s": progress.earlier_wall_s, "earlier_cpu_s": progress.earlier_cpu_s}
+
+
+def predict(model_path: str | Path, features: np.ndarray) -> np.ndarray:
+    """Predict final unwrapped coordinates (n, 3) in um, float64, from features (n, frames, features).
+
+    Any Keras model with these shapes will do. float32 inside: coordinates of 100 um keep 1e-5 um. InputError if the
+    file is no Keras model or does not fit the features.
+    """
+    import keras
+
+    try:
+        model = keras.saving.load_model(model_path, compile=False)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
+    if model.input_shape[1:] != features.shape[1:] or model.output_shape[1:] != (3,):
+        raise InputError(
+            f"{model_path}: maps {model.input_shape[1:]} to {model.output_shape[1:]}, "
+            f"needed is {features.shape[1:]} to (3,)"
+        )
+    batches = range(0, len(features), PREDICTION_BATCH)
+    single = features.astype(np.float32)
+    return np.concatenate(
+        [model(single[start : start + PREDICTION_BATCH], training=False) for start in batches], dtype=float
+    )

@@ -1,0 +1,45 @@
+"""Wrap a predicted microstructure into its periodic box.
+
+In: predicted unwrapped coordinates (um, HDF5) and the type table of the slurry (JSON of generate_inputs.py).
+Out: a LAMMPS data file with every particle inside the box.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import run_main
+from slurrycast.frames import read_frames
+from slurrycast.lammps_data import write_data
+from slurrycast.periodic import wrap
+from slurrycast.recipe import particle_types
+
+
+def parse_args() -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
+    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
+    parser.add_argument("--wrapped", required=True, help="out: LAMMPS data file")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Wrap and write."""
+    args = parse_args()
+    types = particle_types(json.loads(args.inputs.read_text())["physics"]["formulation"]["phases"])
+    with read_frames(args.predicted) as store:
+        slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
+        with measured_cost(args.cost, "wrap_slurry", surrogate, slurry) as cost:
+            cost.particles = len(store.particles)
+            lower_um, edges_um = store.box(store.last)
+            position_um = wrap(store.position_um(store.last), lower_um, edges_um)
+            title = f"slurry {slurry} as predicted by {surrogate}"
+            write_data(args.wrapped, title, types, store.particles.type, position_um, lower_um, edges_um)
+    print(f"[{slurry}] {cost.particles} particles wrapped")
+
+
+if __name__ == "__main__":
+    run_main(main)

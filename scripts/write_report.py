@@ -1,0 +1,81 @@
+"""Write report.html: all tables and figures of a run in one file that opens without a network.
+
+In:  the effective configuration, versions, tables, inputs.json and run.json of every slurry, and for each surrogate, in
+     the order of --surrogates, its model and learning curves; figures, known by their file names: workflow,
+     densification, learning_curves_<surrogate>, density_<surrogate>, rdf_<surrogate>, costs_<surrogate>,
+     coordinates_<surrogate>_<slurry>, slurry_<surrogate>_<slurry>.
+Out: report.html with embedded images. Units are those of the tables' column names.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from slurrycast.files import run_main, write_text
+from slurrycast.network_table import read_network
+from slurrycast.report import Results, report_html
+from slurrycast.speedup import read_equilibrium
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a table; ids of slurries are text."""
+    return pd.read_csv(path, dtype={"slurry": str})
+
+
+def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
+    """Read JSON files by the slurry that they name."""
+    contents = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    return {content["slurry"]: content for content in contents}
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+    def add(name: str, text: str, **kwargs) -> None:
+        parser.add_argument(name, type=Path, required=True, help=text, **kwargs)
+
+    add("--config", "config.yaml of the run")
+    add("--versions", "versions.json of the run")
+    add("--inputs", "inputs.json of every slurry", nargs="+")
+    add("--run-json", "run.json of every slurry", nargs="+")
+    add("--density", "tables/density_volume.csv")
+    add("--coordinate-errors", "tables/coordinate_errors.csv")
+    add("--rdf-errors", "tables/rdf_errors.csv")
+    add("--equilibrium", "tables/equilibrium.csv")
+    add("--cost-table", "tables/cost.csv")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="names, in the order of the next two")
+    add("--models", "model.keras of each surrogate", nargs="+")
+    add("--histories", "history.csv of each surrogate", nargs="+")
+    add("--figures", "PNG files", nargs="+")
+    add("--report", "report.html to write")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read everything and write the report."""
+    args = parse_args()
+    config_text = args.config.read_text(encoding="utf-8")
+    results = Results(
+        config=yaml.safe_load(config_text),
+        config_text=config_text,
+        versions=json.loads(args.versions.read_text(encoding="utf-8")),
+        inputs=read_by_slurry(args.inputs),
+        runs=read_by_slurry(args.run_json),
+        density=read_table(args.density),
+        coordinate_errors=read_table(args.coordinate_errors),
+        rdf_errors=read_table(args.rdf_errors),
+        equilibrium=read_equilibrium(args.equilibrium),
+        costs=read_table(args.cost_table),
+        histories=dict(zip(args.surrogates, map(pd.read_csv, args.histories), strict=True)),
+        networks=dict(zip(args.surrogates, map(read_network, args.models), strict=True)),
+        figures={path.stem: path for path in args.figures},
+    )
+    write_text(args.report, report_html(results))
+
+
+if __name__ == "__main__":
+    run_main(main)

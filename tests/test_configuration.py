@@ -1,0 +1,576 @@
+"""The check before any job: what is refused, in which words, and that what is shipped passes."""
+
+import copy
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import pytest
+import yaml
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from snakemake.utils import update_config
+
+from slurrycast import configuration
+from slurrycast.configuration import ConfigurationError, Slurry, changed_physics, check, physics, read_slurries
+from slurrycast.files import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
+SCALES = ["tiny", "reduced", "full"]
+
+
+def merged(base: dict, override: dict) -> dict:
+    """What Snakemake makes of a configuration and a --configfile: mappings merged, everything else replaced."""
+    result = copy.deepcopy(base)
+    update_config(result, copy.deepcopy(override))
+    return result
+
+
+def load(name: str) -> dict:
+    """A file in config/ as it is."""
+    return yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8"))
+
+
+def shipped(scale: str) -> dict:
+    """The effective configuration of a scale."""
+    base = load("config")
+    return base if scale == "config" else merged(base, load(scale))
+
+
+def nested(path: str, value: object) -> dict:
+    """`{"a": {"b": value}}` of the path a.b."""
+    for key in reversed(path.split(".")):
+        value = {key: value}
+    return value
+
+
+def without(config: dict, path: str) -> dict:
+    """The configuration without the key at `path`."""
+    *sections, key = path.split(".")
+    place = config
+    for section in sections:
+        place = place[section]
+    del place[key]
+    return config
+
+
+@pytest.fixture(autouse=True)
+def in_empty_project(tmp_path, monkeypatch):
+    """A working directory with the shipped slurry tables and no results."""
+    (tmp_path / "config").mkdir()
+    for table in (ROOT / "config").glob("*.tsv"):
+        (tmp_path / "config" / table.name).write_text(table.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def config() -> dict:
+    return load("config")
+
+
+# ---- what is shipped
+
+
+@pytest.mark.parametrize("scale", ["config", *SCALES])
+def test_shipped_configurations_have_no_problems(scale):
+    assert check(shipped(scale)) == []
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_scales_hold_only_differences_and_their_own_name(scale):
+    def leaves(value, path=()):
+        if isinstance(value, dict):
+            return [leaf for key, item in value.items() for leaf in leaves(item, (*path, key))]
+        return [(path, value)]
+
+    base, override = dict(leaves(load("config"))), leaves(load(scale))
+    assert [path for path, value in override if base[path] == value] == []
+    assert load(scale)["run"] == {"name": scale}
+
+
+def test_slurry_tables_have_the_intended_sizes():
+    slurries = read_slurries("config/slurries.tsv")
+    masses = {role: [s.mass_units for s in slurries if s.role == role] for role in ("train", "test")}
+    assert masses == {"train": [1, 1, 2, 2, 2.6, 3, 3, 4], "test": [3, 1, 1, 2, 2, 5, 4]}
+    assert {s.id: s.thickness_ratio for s in slurries if s.role == "test"} == (
+        dict.fromkeys("12367", 2.0) | dict.fromkeys("45", 1.2)
+    )
+    tiny = read_slurries("config/slurries_tiny.tsv")
+    assert [s.role for s in tiny] == ["train"] * 3 + ["test"] * 2 + ["new"]
+    assert {s.thickness_ratio for s in tiny} == {1.0}
+
+
+@pytest.mark.parametrize("name", ["config", "slurries"])
+def test_schemas_are_valid_and_refuse_unknown_keys_at_every_level(name):
+    schema = configuration.schema(name)
+    jsonschema.Draft202012Validator.check_schema(schema)
+
+    def sections(rule):
+        if rule.get("type") == "object":
+            yield rule
+        for item in [
+            *rule.get("properties", {}).values(),
+            *rule.get("patternProperties", {}).values(),
+            *([rule["items"]] if "items" in rule else []),
+        ]:
+            assert "type" in item and "description" in item
+            yield from sections(item)
+
+    for section in sections(schema):
+        assert section["additionalProperties"] is False
+        assert section.get("required", []) == list(section.get("properties", {}))
+
+
+def test_readme_is_in_step_with_schema_and_configuration():
+    readme = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
+    assert readme.partition(configuration.GENERATED)[2] == configuration.reference()
+
+
+# ---- what is refused
+
+BAD_VALUES = [
+    ("run.name", "..", 'run.name = "..": must be text of letters, digits'),
+    ("run.name", "README.md", 'run.name = "README.md": must be text of letters'),
+    ("run.name", "my run", 'run.name = "my run": must be text of letters'),
+    ("run.name", "demo\n", 'run.name = "demo\\n": must be text of letters'),
+    ("run.name", 2026, "run.name = 2026: must be text of letters, digits, '.', '_' and '-', other than"),
+    ("run.name", 2026, "(put it in quotes to make it text)"),
+    ("run.overwrite", "yes", 'run.overwrite = "yes": must be true or false'),
+    ("run.overwrite", 1, "run.overwrite = 1: must be true or false"),
+    ("slurries", "", 'slurries = "": must be text that is not empty'),
+    ("slurries", "config/none.tsv", "config/none.tsv: cannot be read: No such file or directory"),
+    ("formulation.unit_mass_pg", 0, "formulation.unit_mass_pg = 0: must be a number above 0 and at most 1000000"),
+    (
+        "formulation.unit_mass_pg",
+        5,
+        "formulation.unit_mass_pg: slurry 2 of 5 pg has no particle of NiO 0.6 um, NiO 1 um, ",
+    ),
+    (
+        "formulation.unit_mass_pg",
+        170,
+        "formulation.unit_mass_pg: slurry T2 ends with a shortest edge of 3.255 um: must be above 3.6 um, "
+        "twice the largest cutoff 1.65 and the skin 0.15",
+    ),
+    (
+        "formulation.initial_packing_fraction",
+        0.5,
+        "formulation.initial_packing_fraction = 0.5: must be a number above 0 and below 0.5",
+    ),
+    (
+        "formulation.expected_density_g_cm3",
+        0.5,
+        "formulation.initial_packing_fraction = 0.2: must be below 0.1482, the packing fraction at",
+    ),
+    (
+        "formulation.expected_density_g_cm3",
+        3.5,
+        "formulation.expected_density_g_cm3 = 3.5: must be below 3.373, the density of the particles without space",
+    ),
+    ("formulation.phases", None, "formulation.phases = null: must be a phase named with letters and digits"),
+    ("formulation.phases.Ni-O", {}, "formulation.phases.Ni-O: unknown key: must be a phase named with letters"),
+    ("formulation.phases.NiO", 1, "formulation.phases.NiO = 1: must be a section with mass_fraction, density_g_cm3"),
+    (
+        "formulation.phases.NiO.mass_fraction",
+        0.5,
+        "formulation.phases: mass fractions sum to 0.98: must be 1 within 1e-06",
+    ),
+    ("formulation.phases.NiO.mass_fraction", -0.5, "formulation.phases.NiO.mass_fraction = -0.5: must be a number"),
+    (
+        "formulation.phases.NiO.size_classes",
+        [{"diameter_um": 0.8, "number_fraction": 0.9}],
+        "formulation.phases.NiO.size_classes: number fractions sum to 0.9: must be 1 within 1e-06",
+    ),
+    ("formulation.phases.NiO.size_classes", [], "NiO.size_classes = []: must be a list of at least one size class"),
+    (
+        "formulation.phases.NiO.size_classes",
+        [{"diameter_um": "0.8", "number_fraction": 1}],
+        'size_classes[0].diameter_um = "0.8": must be a number at least 0.01 and at most 100 (it is text: write 0.8',
+    ),
+    (
+        "formulation.phases.NiO.size_classes",
+        [{"diameter_um": 0.8, "fraction": 1}],
+        "size_classes[0].fraction: unknown key: must be one of diameter_um, number_fraction (do you mean number_fr",
+    ),
+    ("force_field.lennard_jones.cutoff_factor", 0.9, "cutoff_factor = 0.9: must be a number at least 1"),
+    (
+        "force_field.lennard_jones.sigma_factor",
+        1.5,
+        "force_field.lennard_jones.sigma_factor = 1.5: must be below cutoff_factor = 1.5",
+    ),
+    ("force_field.granular_hertz.friction", float("nan"), "granular_hertz.friction = NaN: must be a number at least 0"),
+    ("dem.executable", " ", 'dem.executable = " ": must be text that is not empty'),
+    ("dem.launcher", None, "dem.launcher = null: must be text that is not empty"),
+    ("dem.ranks", True, "dem.ranks = true: must be a whole number at least 1"),
+    ("dem.ranks", 2.0, "dem.ranks = 2.0: must be a whole number at least 1"),
+    ("dem.timestep_us", "1e-4", 'dem.timestep_us = "1e-4": must be a number above 0 and at most 1 (1e-4 is text in '),
+    ("dem.timestep_us", "1e-4", "(1e-4 is text in YAML: write 1.0e-4)"),
+    ("dem.timestep_us", True, "dem.timestep_us = true: must be a number above 0"),
+    (
+        "dem.timestep_us",
+        0.0025,
+        "dem.timestep_us = 0.0025: 0.481 of the Rayleigh time 0.005196 us: must be at most 0.002079, "
+        "dem.max_rayleigh_share = 0.4 of it",
+    ),
+    ("dem.impact_speed_um_us", 10.0, "dem.timestep_us = 0.002: 0.166 of the Hertz time 0.01204 us: must be at most"),
+    ("dem.steps", "6e6", "(6e6 is text in YAML: write 6000000)"),
+    ("dem.steps", 60001, "dem.steps = 60001: must be a multiple of dem.frames - 1 = 120"),
+    ("dem.thermo_every_steps", 300, "dem.thermo_every_steps = 300: must divide the 500 steps between two frames"),
+    ("dem.segment_frames", 121, "dem.segment_frames = 121: must be at most dem.frames - 1 = 120"),
+    ("dem.restart_frames", [7, 8, 9], "learning.input_frames: [10] not in dem.restart_frames: must be"),
+    ("dem.restart_frames", [7, 9, 8, 10], "dem.restart_frames = [7, 9, 8, 10]: must be strictly increasing"),
+    ("dem.restart_frames", [7, 8, 9, 10, 121], "dem.restart_frames = [7, 8, 9, 10, 121]: must be at most dem.frames"),
+    ("dem.restart_frames", [0, 7, 8, 9, 10], "dem.restart_frames[0] = 0: must be a whole number at least 1"),
+    ("dem.pressure_damping_us", "2e4", "(2e4 is text in YAML: write 2.0e+4)"),
+    ("dem.pressure_damping_us", 1.0, "dem.pressure_damping_us = 1.0: must be a number at least 100"),
+    ("dem.pressure_kpa", float("inf"), "dem.pressure_kpa = Infinity: must be a number above 0"),
+    ("dem.presure_kpa", 1.0, "dem.presure_kpa: unknown key: must be one of executable, launcher"),
+    ("dem.presure_kpa", 1.0, "(do you mean pressure_kpa?)"),
+    ("dem", None, "dem = null: must be a section with executable, launcher"),
+    ("learning.input_frames", [7, 7, 8], "learning.input_frames = [7, 7, 8]: must be strictly increasing"),
+    ("learning.input_frames", [], "learning.input_frames = []: must be a list of at least one frame number"),
+    ("learning.target_frame", 10, "learning.target_frame = 10: must be after the last input frame 10 and at most"),
+    ("learning.target_frame", 121, "learning.target_frame = 121: must be after the last input frame 10 and at most"),
+    ("learning.validation_share", 1, "learning.validation_share = 1: must be a number above 0 and below 1"),
+    ("surrogate.names", ["vgg61"], 'surrogate.names: "vgg61": must be one of vgg16'),
+    ("surrogate.names", ["model"], 'surrogate.names: "model": must be one of vgg16'),
+    ("surrogate.names", "vgg16", 'surrogate.names = "vgg16": must be a list of surrogates'),
+    ("surrogate.names", ["vgg16", "vgg16"], 'surrogate.names = ["vgg16", "vgg16"]: must be a list of surrogates'),
+    ("surrogate.model", "model.h5", 'surrogate.model = "model.h5": must be null or the path of an existing file that'),
+    ("surrogate.model", "none.keras", 'surrogate.model = "none.keras": no such file'),
+    ("surrogate.vgg16.epochs", 0, "surrogate.vgg16.epochs = 0: must be a whole number at least 1"),
+    ("surrogate.vgg19", {}, "surrogate.vgg19: unknown key: must be one of names, model, vgg16 (do you mean vgg16?)"),
+    ("analysis.rdf_pair", ["NiO"], 'analysis.rdf_pair = ["NiO"]: must be a list of two phases of formulation.phases'),
+    ("analysis.rdf_pair", ["NiO", "YSZ"], 'analysis.rdf_pair: "YSZ": must be one of BDPD, NiO, 8YSZ'),
+    ("report.pictures", "off", 'report.pictures = "off": must be true or false'),
+    ("plot", {}, "plot: unknown key: must be one of run, slurries"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "expected"), BAD_VALUES)
+def test_bad_value_is_named_in_one_line(config, path, value, expected):
+    override = nested(path, value)
+    lines = check(merged(config, override))
+    assert len([line for line in lines if expected in line]) == 1, lines
+    assert all("\n" not in line for line in lines)
+
+
+@pytest.mark.parametrize("path", ["report", "dem.steps", "formulation.phases.8YSZ.density_g_cm3", "surrogate.vgg16"])
+def test_missing_key_is_named(config, path):
+    lines = check(without(config, path))
+    assert [line for line in lines if line.startswith(f"{path}: missing: must be a")], lines
+
+
+@pytest.mark.parametrize("value", [None, [], 3, "text"])
+def test_configuration_that_is_no_mapping(value):
+    (line,) = check(value)
+    assert re.match(r"configuration = .*: must be a section with run, slurries", line)
+
+
+def test_keys_that_yaml_does_not_read_as_text(config):
+    config["formulation"]["phases"][8] = config["formulation"]["phases"].pop("8YSZ")
+    config["report"][False] = 1
+    lines = check(config)
+    assert "formulation.phases: key 8 is not text: put it in quotes" in lines
+    assert "report: key false is not text: put it in quotes" in lines
+
+
+def test_all_problems_are_reported_at_once(config):
+    changes = {
+        "run.name": "..",
+        "dem.timestep_us": "1e-4",
+        "dem.steps": 60001,
+        "dem.frame": 121,
+        "formulation.phases.NiO.mass_fraction": 0.6,
+        "surrogate.names": ["vgg61"],
+        "learning.target_frame": 500,
+        "slurries": "bad.tsv",
+    }
+    for path, value in changes.items():
+        config = merged(config, nested(path, value))
+    Path("bad.tsv").write_text(HEADER + "A\ttrain\t1\t1\t1\nB\tnone\t0\t1\t1\nC\ttest\t0.1\t1\t3\n")
+    lines = check(config)
+    beginnings = [
+        'run.name = ".."',
+        'dem.timestep_us = "1e-4"',
+        "dem.frame: unknown key",
+        'bad.tsv line 3: role = "none"',
+        "bad.tsv line 3: mass_units = 0.0",
+        "bad.tsv line 3: seed = 1: must differ from line 2",
+        "formulation.phases: mass fractions",
+        "formulation.unit_mass_pg: slurry C ends",
+        "dem.steps = 60001",
+        "learning.target_frame = 500",
+        'surrogate.names: "vgg61"',
+    ]
+    for beginning in beginnings:
+        assert len([line for line in lines if line.startswith(beginning)]) == 1, (beginning, lines)
+    assert len(lines) == len(beginnings), lines
+    with pytest.raises(ConfigurationError) as error:
+        configuration.checked_slurries(config)
+    assert error.value.lines == lines and isinstance(error.value, InputError)
+
+
+def test_checked_slurries_returns_the_table(config):
+    assert configuration.checked_slurries(config) == read_slurries("config/slurries.tsv")
+
+
+def test_one_phase_of_one_size_and_any_names_pass(config):
+    config["formulation"]["phases"] = {
+        "A1": {
+            "mass_fraction": 1,
+            "density_g_cm3": 4.0,
+            "size_classes": [{"diameter_um": 1, "number_fraction": 1}],
+        }
+    }
+    config["analysis"]["rdf_pair"] = ["A1", "A1"]
+    assert check(config) == []
+
+
+def test_fractions_written_as_rounded_thirds_pass(config):
+    classes = [{"diameter_um": d, "number_fraction": 0.3333333} for d in (0.6, 0.8, 1.0)]
+    config["formulation"]["phases"]["NiO"]["size_classes"] = classes
+    assert check(config) == []
+
+
+def test_training_slurries_are_needed_unless_a_model_is_given(config):
+    Path("new.tsv").write_text(HEADER + "N1\tnew\t2\t1\t7\n")
+    config["slurries"] = "new.tsv"
+    assert check(config) == ["new.tsv: no slurry of role train: must be at least one unless surrogate.model is given"]
+    Path("model.keras").write_bytes(b"")
+    config["surrogate"]["model"] = "model.keras"
+    assert check(config) == []
+    config["surrogate"]["names"] = []
+    assert check(config) == [
+        "surrogate.names = []: must be a list of surrogates that have a section here, each named once"
+    ]
+
+
+def test_something_to_predict_is_needed(config):
+    Path("train.tsv").write_text(HEADER + "T1\ttrain\t2\t1\t7\nV1\tvalidation\t2\t1\t8\n")
+    config["slurries"] = "train.tsv"
+    assert check(config) == ["train.tsv: no slurry of role test or new: must be at least one"]
+
+
+def test_a_bad_row_is_not_reported_as_a_missing_role_too(config):
+    Path("bad.tsv").write_text(HEADER + "T1\ttrain\t2\t1\t7\nN1\tnew\t-2\t1\t8\n")
+    config["slurries"] = "bad.tsv"
+    assert check(config) == ["bad.tsv line 3: mass_units = -2.0: must be a number above 0 and at most 1000"]
+
+
+def test_a_model_is_of_one_surrogate(config, monkeypatch):
+    schema = copy.deepcopy(configuration.schema("config"))
+    sections = schema["properties"]["surrogate"]["properties"]
+    sections["affine"] = {"type": "object", "description": "No settings."}
+    monkeypatch.setattr(configuration, "schema", lambda name: schema if name == "config" else SLURRIES_SCHEMA)
+    Path("model.keras").write_bytes(b"")
+    config["surrogate"] |= {"names": ["vgg16", "affine"], "model": "model.keras"}
+    assert check(config) == [
+        'surrogate.names = ["vgg16", "affine"]: must be the one surrogate that surrogate.model is of'
+    ]
+
+
+SLURRIES_SCHEMA = configuration.schema("slurries")
+
+
+# ---- slurry table
+
+BAD_TABLES = [
+    ("", "line 1: nothing: must be the columns id, role, mass_units, thickness_ratio, seed, separated by tabs"),
+    (HEADER, "no slurries: must be at least one row below the column names"),
+    (HEADER.replace("\t", ","), 'line 1: "id,role,mass_units,thickness_ratio,seed": must be the columns id, role'),
+    (HEADER.replace("seed", "seed\tnote"), r'line 1: "id\trole\tmass_units\tthickness_ratio\tseed\tnote": must be'),
+    (HEADER.replace("\tseed", ""), r'line 1: "id\trole\tmass_units\tthickness_ratio": must be the columns id, role'),
+    (HEADER.replace("seed", "id"), "must be the columns id, role"),
+    (HEADER + "T1\ttrain\t1\t1\n", "line 2: 4 cells: must be 5, separated by tabs"),
+    (HEADER + "T1 train 1 1 1\n", "line 2: 1 cells: must be 5, separated by tabs"),
+    (HEADER + "T 1\ttrain\t1\t1\t1\n", "line 2: id = \"T 1\": must be text of letters, digits and '_'"),
+    (HEADER + "../x\ttrain\t1\t1\t1\n", 'line 2: id = "../x": must be text of letters'),
+    (HEADER + "\ttrain\t1\t1\t1\n", 'line 2: id = "": must be text of letters'),
+    (HEADER + "T1\tTrain\t1\t1\t1\n", 'line 2: role = "Train": must be one of train, validation, test, new'),
+    (HEADER + "T1\ttrain\tone\t1\t1\n", 'line 2: mass_units = "one": must be a number above 0 and at most 1000'),
+    (HEADER + "T1\ttrain\tnan\t1\t1\n", 'line 2: mass_units = "nan": must be a number above 0'),
+    (HEADER + "T1\ttrain\t1e999\t1\t1\n", "line 2: mass_units = Infinity: must be a number above 0"),
+    (HEADER + "T1\ttrain\t1,5\t1\t1\n", 'line 2: mass_units = "1,5": must be a number above 0'),
+    (HEADER + "T1\ttrain\t1\t-1\t1\n", "line 2: thickness_ratio = -1.0: must be a number above 0"),
+    (HEADER + "T1\ttrain\t1\t1\t0\n", "line 2: seed = 0: must be a whole number from 1 to 2147483647"),
+    (HEADER + "T1\ttrain\t1\t1\t1.5\n", 'line 2: seed = "1.5": must be a whole number'),
+    (HEADER + f"T1\ttrain\t1\t1\t{'9' * 5000}\n", 'line 2: seed = "9999'),
+    (HEADER + "A\ttest\t1\t1\t1\n\nA\ttest\t1\t1\t2\n", 'line 4: id = "A": must differ from line 2'),
+    (HEADER + "A\ttest\t1\t1\t5\nB\ttest\t1\t1\t5\n", "line 3: seed = 5: must differ from line 2"),
+    (HEADER + "A\ttest\t1\t1\t" + "5" * 200_000, "line 2: field larger than field limit"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), BAD_TABLES)
+def test_bad_table_is_refused_with_its_place(text, expected):
+    Path("s.tsv").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigurationError) as error:
+        read_slurries("s.tsv")
+    (line,) = error.value.lines
+    assert line.startswith("s.tsv") and expected in line
+
+
+def test_table_that_is_no_text_or_no_file():
+    Path("s.tsv").write_bytes(b"\xff\xfe\x00")
+    for path in ("s.tsv", "config", "missing.tsv", "nul\0"):
+        with pytest.raises(InputError, match="cannot be read"):
+            read_slurries(path)
+
+
+def test_columns_in_any_order_with_byte_order_mark_and_windows_line_ends():
+    text = "\ufeffseed\tid\trole\tthickness_ratio\tmass_units\r\n7\t a_1 \tnew\t1.5\t2e0\r\n\r\n"
+    Path("s.tsv").write_bytes(text.encode("utf-8"))
+    assert read_slurries("s.tsv") == [Slurry("a_1", "new", 2.0, 1.5, 7)]
+
+
+CELLS = st.one_of(st.sampled_from(["T1", "train", "1", "2.5", "", '"', "new", "1e9"]), st.text(max_size=8))
+TABLES = st.one_of(
+    st.text(),
+    st.text().map(HEADER.__add__),
+    st.lists(st.lists(CELLS, min_size=4, max_size=6).map("\t".join)).map(lambda rows: HEADER + "\n".join(rows)),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+@given(TABLES)
+@example(HEADER + '"\t\n"')
+@example(HEADER + "T1\ttrain\t1\t1\t\N{ARABIC-INDIC DIGIT ONE}")
+def test_any_text_is_read_or_refused_in_lines_that_name_the_file(text):
+    Path("any.tsv").write_text(text, encoding="utf-8", newline="")
+    try:
+        slurries = read_slurries("any.tsv")
+    except InputError as error:
+        assert error.lines and all(line.startswith("any.tsv") and len(line.splitlines()) == 1 for line in error.lines)
+    else:
+        assert slurries and all(re.fullmatch(r"[A-Za-z0-9_]+", s.id) and s.mass_units > 0 for s in slurries)
+
+
+ROWS = st.builds(
+    Slurry,
+    id=st.from_regex(r"[A-Za-z0-9_]+", fullmatch=True),
+    role=st.sampled_from(["train", "validation", "test", "new"]),
+    mass_units=st.floats(1e-6, 1000),
+    thickness_ratio=st.floats(1e-6, 100),
+    seed=st.integers(1, 2**31 - 1),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(st.lists(ROWS, min_size=1, max_size=5, unique_by=(lambda s: s.id, lambda s: s.seed)))
+def test_good_tables_are_read_as_written(slurries):
+    rows = [f"{s.id}\t{s.role}\t{s.mass_units!r}\t{s.thickness_ratio!r}\t{s.seed}\n" for s in slurries]
+    Path("good.tsv").write_text(HEADER + "".join(rows))
+    assert read_slurries("good.tsv") == slurries
+
+
+# ---- physics of existing results
+
+
+@pytest.fixture
+def run(config):
+    """DEM results of the shipped configuration for two of its slurries, as the workflow stores them."""
+    for slurry in read_slurries("config/slurries.tsv")[:2]:
+        path = Path("results/demo/dem", slurry.id, "run.json")
+        path.parent.mkdir(parents=True)
+        path.write_text(json.dumps({"physics": physics(config, slurry)}, sort_keys=True))
+    return config
+
+
+def test_unchanged_physics_passes(run):
+    assert check(run) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("dem.executable", "/opt/lammps/lmp"),
+        ("dem.launcher", "srun"),
+        ("dem.ranks", 4),
+        ("dem.max_rayleigh_share", 0.5),
+        ("dem.max_density_drift", 0.1),
+        ("dem.impact_speed_um_us", 0.2),
+        ("formulation.expected_density_g_cm3", 2.3),
+        ("surrogate.vgg16.epochs", 3),
+        ("relaxation.steps", 10),
+    ],
+)
+def test_settings_that_the_dem_does_not_depend_on_may_change(run, path, value):
+    assert check(merged(run, nested(path, value))) == []
+
+
+def test_role_may_change(run):
+    table = Path("config/slurries.tsv")
+    table.write_text(table.read_text().replace("T1\ttrain", "T1\ttest"))
+    assert check(run) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "difference"),
+    [
+        ("dem.timestep_us", 0.001, "dem.timestep_us = 0.002, the configuration has 0.001"),
+        ("dem.segment_frames", 12, "dem.segment_frames = 6, the configuration has 12"),
+        ("formulation.unit_mass_pg", 800, "formulation.unit_mass_pg = 773.5, the configuration has 800"),
+        ("force_field.granular_hertz.friction", 0, "granular_hertz.friction = 0.015, the configuration has 0"),
+        (
+            "formulation.phases.BDPD.size_classes",
+            [{"diameter_um": 1.2, "number_fraction": 1.0}],
+            "BDPD.size_classes[0].diameter_um = 1.1, the configuration has 1.2",
+        ),
+    ],
+)
+def test_changed_physics_is_refused_in_one_line(run, path, value, difference):
+    changed = merged(run, nested(path, value))
+    (line,) = check(changed)
+    assert line.startswith("results/demo: the DEM of slurry T1 was run with ") and difference in line
+    assert line.endswith(": choose another run.name, or set run.overwrite: true to compute it anew")
+    assert "more)" not in line
+    assert check(merged(changed, {"run": {"overwrite": True}})) == []
+    assert check(merged(changed, {"run": {"name": "other"}})) == []
+
+
+def test_several_changes_are_counted_in_the_one_line(run):
+    changes = {"dem": {"steps": 120000, "skin_um": 0.1}, "force_field": {"granular_hertz": {"friction": 0.1}}}
+    (line,) = check(merged(run, changes))
+    assert "friction = 0.015, the configuration has 0.1 (and 2 more): choose" in line
+
+
+@pytest.mark.parametrize(
+    ("row", "difference"),
+    [
+        ("T1\ttrain\t1.5\t1.0\t1001", "slurry.mass_units = 1.0, the configuration has 1.5"),
+        ("T1\ttrain\t1\t1.1\t1001", "slurry.thickness_ratio = 1.0, the configuration has 1.1"),
+        ("T1\ttrain\t1\t1.0\t1111", "slurry.seed = 1001, the configuration has 1111"),
+    ],
+)
+def test_changed_slurry_row_is_refused(run, row, difference):
+    table = Path("config/slurries.tsv")
+    table.write_text(table.read_text().replace("T1\ttrain\t1\t1.0\t1001", row))
+    (line,) = check(run)
+    assert f"the DEM of slurry T1 was run with {difference}: choose" in line
+
+
+def test_renamed_and_reordered_phases_are_refused(run):
+    phases = run["formulation"]["phases"]
+    run["formulation"]["phases"] = dict(reversed(phases.items()))
+    (line,) = check(run)
+    assert 'formulation.order = ["BDPD", "NiO", "8YSZ"], the configuration has ["8YSZ", "NiO", "BDPD"]' in line
+    run["analysis"]["rdf_pair"] = ["Ni", "8YSZ"]
+    run["formulation"]["phases"] = {"Ni": phases["NiO"], "8YSZ": phases["8YSZ"], "BDPD": phases["BDPD"]}
+    (line,) = check(run)
+    assert "was run without formulation.phases.Ni.mass_fraction, the configuration has 0.52 (and " in line
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"physics": '])
+def test_corrupt_record_of_a_run_is_refused_in_one_line(run, text):
+    Path("results/demo/dem/T2/run.json").write_text(text)
+    (line,) = check(run)
+    assert line.startswith("results/demo/dem/T2/run.json: does not say with which settings it was run: choose another")
+
+
+def test_changed_physics_reads_the_folder_that_it_is_given(run):
+    slurries = read_slurries("config/slurries.tsv")
+    run["dem"]["skin_um"] = 0.2
+    assert changed_physics(run, slurries, "results/none") == []
+    assert len(changed_physics(run, slurries, "results/demo")) == 1

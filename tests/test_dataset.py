@@ -1,0 +1,104 @@
+"""The training set: what is written is read, and what a network could not use is refused."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.files import InputError
+
+
+@pytest.fixture
+def data():
+    rng = np.random.default_rng(5)
+    n = 10
+    return TrainingSet(
+        features=rng.normal(size=(n, 4, 6)),
+        targets=rng.normal(size=(n, 3)),
+        slurry_index=np.repeat([0, 1], 5),
+        slurries=("T1", "T2"),
+        particle_id=np.tile(np.arange(1, 6), 2),
+        is_validation=split(n, 0.2, seed=1),
+        feature_names=("phase", "radius_um", "x_um", "y_um", "z_um", "coordination"),
+        input_frames=(7, 8, 9, 10),
+        target_frame=120,
+    )
+
+
+def test_round_trip_keeps_every_bit(tmp_path, data):
+    path = tmp_path / "dataset" / "training.h5"
+    write_training_set(path, data, seed=42)
+    back = read_training_set(path)
+    for name, value in vars(data).items():
+        np.testing.assert_array_equal(getattr(back, name), value)
+        assert type(getattr(back, name)) is type(value)
+    assert back.features.dtype == np.float64
+    with h5py.File(path) as file:
+        assert file.attrs["seed"] == 42
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"features": np.zeros((10, 3, 6))}, r"features has shape \(10, 3, 6\), expected \(10, 4, 6\)"),
+        ({"features": np.zeros((10, 4, 5))}, r"features has shape \(10, 4, 5\), expected \(10, 4, 6\)"),
+        ({"targets": np.zeros((9, 3))}, r"targets has shape \(9, 3\), expected \(10, 3\)"),
+        ({"particle_id": np.zeros(11, int)}, r"particle_id has shape \(11,\), expected \(10,\)"),
+        ({"targets": np.where(np.arange(30).reshape(10, 3) == 13, np.nan, 1.0)}, "1 values are not, .* sample 4"),
+        ({"features": np.full((10, 4, 6), np.inf)}, "features must be finite, 240 values"),
+        ({"slurry_index": np.full(10, 2)}, "slurry_index must be 0 to 1"),
+        ({"is_validation": np.zeros(10, bool)}, "is_validation must be true for some"),
+        ({"is_validation": np.ones(10, bool)}, "is_validation must be true for some"),
+        ({"is_validation": np.arange(10)}, "is_validation must be true for some"),
+    ],
+)
+def test_unusable_data_are_not_written(tmp_path, data, change, message):
+    path = tmp_path / "training.h5"
+    with pytest.raises(InputError, match=message):
+        write_training_set(path, replace(data, **change), seed=1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_reading_refuses_what_writing_refuses(tmp_path, data):
+    path = tmp_path / "training.h5"
+    write_training_set(path, data, seed=1)
+    with h5py.File(path, "r+") as file:
+        file["targets"][3, 1] = np.nan
+    with pytest.raises(InputError, match="targets must be finite"):
+        read_training_set(path)
+
+
+def test_unreadable_files_are_named(tmp_path, data):
+    path = tmp_path / "training.h5"
+    with pytest.raises(InputError, match=r"training\.h5: not a readable training set"):
+        read_training_set(path)
+    path.write_bytes(b"no HDF5")
+    with pytest.raises(InputError, match=r"training\.h5: not a readable training set"):
+        read_training_set(path)
+    write_training_set(path, data, seed=1)
+    with h5py.File(path, "r+") as file:
+        del file["targets"]
+    with pytest.raises(InputError, match="targets"):
+        read_training_set(path)
+
+
+@given(n=st.integers(2, 3000), share=st.floats(0.001, 0.999), seed=st.integers(0, 2**63))
+def test_split_draws_the_share(n, share, seed):
+    if not 0 < round(n * share) < n:
+        with pytest.raises(InputError, match="validation_share"):
+            split(n, share, seed)
+        return
+    mask = split(n, share, seed)
+    assert mask.shape == (n,) and mask.dtype == bool
+    assert abs(mask.sum() - n * share) <= 0.5
+    np.testing.assert_array_equal(mask, split(n, share, seed))
+
+
+def test_split_depends_on_the_seed_and_favours_no_place():
+    assert (split(1000, 0.2, 1) != split(1000, 0.2, 2)).any()
+    drawn = np.mean([split(20, 0.2, seed) for seed in range(4000)], axis=0)
+    np.testing.assert_allclose(drawn, 0.2, atol=5 * np.sqrt(0.2 * 0.8 / 4000))

@@ -1,0 +1,109 @@
+"""Pair coefficients against golden files and mixing rules, time step limits against closed forms."""
+
+from itertools import combinations_with_replacement
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from slurrycast import forcefield, recipe
+
+ROOT = Path(__file__).resolve().parents[1]
+CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+LENNARD_JONES = CONFIG["force_field"]["lennard_jones"]
+STIFFNESS_KPA = CONFIG["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+TYPES = recipe.particle_types(CONFIG["formulation"]["phases"])
+
+
+def sphere(diameter_um: float, density_g_cm3: float) -> recipe.ParticleType:
+    return recipe.ParticleType(1, "A", 1, 1, diameter_um, density_g_cm3, 1.0, 1.0)
+
+
+def coefficient_rows(text: str, style: str) -> dict[tuple[int, int], list[float]]:
+    rows = (line.split() for line in text.splitlines() if not line.startswith("#") and "*" not in line)
+    return {(int(row[1]), int(row[2])): [float(x) for x in row[3:] if x != style] for row in rows}
+
+
+def test_coefficients_match_the_golden_file():
+    golden = (ROOT / "tests" / "golden" / "coefficients.lmp").read_text()
+    assert forcefield.coefficients(TYPES, LENNARD_JONES) == golden
+
+
+def test_push_off_matches_the_golden_file():
+    golden = (ROOT / "tests" / "golden" / "push_off.lmp").read_text()
+    assert forcefield.push_off_coefficients(TYPES) == golden
+
+
+@pytest.mark.parametrize("number", range(1, len(TYPES) + 1))
+def test_every_pair_is_written_once(number):
+    pairs = list(combinations_with_replacement(range(1, number + 1), 2))
+    for text in (
+        forcefield.coefficients(TYPES[:number], LENNARD_JONES),
+        forcefield.push_off_coefficients(TYPES[:number]),
+    ):
+        lines = [line.split() for line in text.splitlines() if line.startswith("pair_coeff") and "*" not in line]
+        assert [(int(line[1]), int(line[2])) for line in lines] == pairs
+
+
+def test_mixing():
+    rows = coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut")
+    # BDPD 1.1 um with NiO 0.8 um: d = 0.95 um
+    assert rows[1, 3] == pytest.approx([np.sqrt(1.1 * 0.8), 0.89 * 0.95, 1.5 * 0.95])
+    assert rows[5, 5] == pytest.approx([0.5, 0.89 * 0.5, 1.5 * 0.5])
+    soft = coefficient_rows(forcefield.push_off_coefficients(TYPES), "")
+    assert soft[1, 3] == [1.0, 0.95]
+
+
+def test_lennard_jones_minimum_lies_at_contact():
+    for (i, j), (_, sigma_um, _) in coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut").items():
+        contact_um = (TYPES[i - 1].diameter_um + TYPES[j - 1].diameter_um) / 2
+        assert 2 ** (1 / 6) * sigma_um == pytest.approx(contact_um, rel=0.002)
+
+
+def test_largest_cutoff_is_that_of_the_largest_particle_and_covers_contact():
+    assert forcefield.largest_cutoff_um(TYPES, LENNARD_JONES) == pytest.approx(1.5 * 1.1)
+    assert forcefield.largest_cutoff_um(TYPES, {"cutoff_factor": 0.5}) == 1.1
+    cutoffs = [row[2] for row in coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut").values()]
+    assert forcefield.largest_cutoff_um(TYPES, LENNARD_JONES) == pytest.approx(max(cutoffs))
+
+
+def test_rayleigh_time_of_the_binder_is_the_shortest():
+    assert forcefield.rayleigh_time_us(TYPES, STIFFNESS_KPA) == pytest.approx(5.2e-3, rel=0.005)
+    assert forcefield.rayleigh_time_us(TYPES, STIFFNESS_KPA) == forcefield.rayleigh_time_us(TYPES[:1], STIFFNESS_KPA)
+
+
+def test_rayleigh_time_in_closed_form():
+    # G = 0.525 k_n; with k_n = 1 / 0.525 kPa, R = 1 um and 1 g/cm3 it is pi / (0.1631 x 0.3 + 0.8766) us
+    assert forcefield.rayleigh_time_us([sphere(2.0, 1.0)], 1 / 0.525) == pytest.approx(np.pi / 0.92553)
+    base = forcefield.rayleigh_time_us([sphere(1.0, 2.0)], 1e5)
+    assert forcefield.rayleigh_time_us([sphere(3.0, 2.0)], 1e5) == pytest.approx(3 * base)
+    assert forcefield.rayleigh_time_us([sphere(1.0, 8.0)], 1e5) == pytest.approx(2 * base)
+    assert forcefield.rayleigh_time_us([sphere(1.0, 2.0)], 4e5) == pytest.approx(base / 2)
+
+
+def integrated_contact_us(mass_pg: float, radius_um: float, stiffness_kpa: float, speed_um_us: float) -> float:
+    """Duration of an undamped contact with the force of gran/hertz, k_n sqrt(R_eff) delta^1.5, by small steps.
+
+    LAMMPS' sqrt(delta) sqrt(R_eff) k_n delta with k_n = 4/3 E*.
+    """
+    dt_us = 1e-5 * (mass_pg**2 / (radius_um * stiffness_kpa**2 * speed_um_us)) ** 0.2
+    overlap_um, time_us = 0.5 * speed_um_us * dt_us, 0.0
+    while overlap_um > 0:  # leapfrog: the overlap runs half a step ahead
+        speed_um_us -= dt_us * stiffness_kpa * np.sqrt(radius_um) * overlap_um**1.5 / mass_pg
+        overlap_um += dt_us * speed_um_us
+        time_us += dt_us
+    return time_us
+
+
+def test_hertz_time_is_that_of_an_integrated_contact():
+    particle = sphere(1.0, 2.0)
+    expected = integrated_contact_us(particle.mass_pg / 2, 0.25, 2e5, 0.1)
+    assert forcefield.hertz_time_us([particle], 2e5, 0.1) == pytest.approx(expected, rel=0.002)
+
+
+def test_hertz_time_is_that_of_the_shortest_pair():
+    pairs = [forcefield.hertz_time_us([t], STIFFNESS_KPA, 0.1) for t in TYPES]
+    assert forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 0.1) <= min(pairs)
+    base = forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 0.1)
+    assert forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 3.2) == pytest.approx(base / 2)

@@ -1,0 +1,78 @@
+"""The registry of surrogates and the script that trains one of them."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from slurrycast import surrogates
+from slurrycast.dataset import TrainingSet, split, write_training_set
+from slurrycast.files import InputError
+
+
+@pytest.mark.parametrize("name", surrogates.NAMES)
+def test_every_surrogate_has_the_interface(name):
+    surrogate = surrogates.load(name)
+    assert name == surrogate.NAME
+    assert surrogate.LOOKS_AT
+    assert surrogate.BOX_RULE in ("scale_of_prediction", "mean_packing_fraction")
+    assert callable(surrogate.fit) and callable(surrogate.predict)
+
+
+def test_an_unknown_surrogate_is_refused_with_the_known_ones():
+    with pytest.raises(InputError, match=r"surrogate: 'vgg19' is not known, allowed: .*vgg16"):
+        surrogates.load("vgg19")
+
+
+def test_asking_for_a_surrogate_starts_no_tensorflow(root):
+    code = """
+import sys
+from slurrycast import surrogates
+for name in surrogates.NAMES: surrogates.load(name)
+assert not {'keras', 'tensorflow'} & set(sys.modules)
+"""
+    env = os.environ | {"PYTHONPATH": str(root / "scripts")}
+    subprocess.run([sys.executable, "-c", code], env=env, check=True)
+
+
+def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, monkeypatch):
+    import train_surrogate
+
+    n = 30
+    rng = np.random.default_rng(0)
+    features = rng.normal(size=(n, 2, 6))
+    names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+    index = np.zeros(n, dtype=int)
+    data = TrainingSet(
+        features, features[:, -1, 2:5], index, ("T1",), np.arange(n), split(n, 0.2, 1), names, (7, 8), 20
+    )
+    write_training_set(tmp_path / "training.h5", data, seed=1)
+    vgg16 = surrogates.load("vgg16")
+    monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
+    monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
+    monkeypatch.setattr(vgg16, "CHECKPOINT_INTERVAL_S", 0.0)
+    places = {name: tmp_path / name for name in ("work", "model.keras", "history.csv", "cost.json")}
+    settings = json.dumps({"epochs": 3, "batch_size": 10, "learning_rate": 1e-3, "threads": 1})
+    arguments = ["--surrogate", "vgg16", "--dataset", tmp_path / "training.h5", "--settings", settings, "--seed", 3]
+    for option, place in zip(("--work", "--model", "--history", "--cost"), places.values(), strict=True):
+        arguments += [option, place]
+    monkeypatch.setattr(sys, "argv", ["train_surrogate.py", *map(str, arguments)])
+    train_surrogate.main()
+
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "cost.json",
+        "history.csv",
+        "model.keras",
+        "training.h5",
+    ]
+    with places["history.csv"].open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["epoch", "loss", "mae", "val_loss", "val_mae"]
+    assert [row["epoch"] for row in rows] == ["1", "2", "3"]
+    cost = json.loads(places["cost.json"].read_text())
+    assert (cost["stage"], cost["surrogate"], cost["particles"]) == ("train_surrogate", "vgg16", n)
+    assert vgg16.predict(places["model.keras"], features).shape == (n, 3)

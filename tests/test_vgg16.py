@@ -1,0 +1,293 @@
+"""VGG16: the published layers, and a faster training that is the same mathematics."""
+
+import json
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+from slurrycast.dataset import TrainingSet, split
+from slurrycast.files import InputError
+from slurrycast.surrogates import load
+
+vgg16 = load("vgg16")
+
+# Table 2 of the article, (length, channels) behind each layer and its parameters.
+TABLE_2 = [
+    ("block1_conv1", (4, 64), 1_216),
+    ("block1_conv2", (4, 64), 12_352),
+    ("block1_pool", (2, 64), 0),
+    ("block2_conv1", (2, 128), 24_704),
+    ("block2_conv2", (2, 128), 49_280),
+    ("block2_pool", (1, 128), 0),
+    ("block3_conv1", (1, 256), 98_560),
+    ("block3_conv2", (1, 256), 196_864),
+    ("block3_conv3", (1, 256), 196_864),
+    ("block3_pool", (1, 256), 0),
+    ("block4_conv1", (1, 512), 393_728),
+    ("block4_conv2", (1, 512), 786_944),
+    ("block4_conv3", (1, 512), 786_944),
+    ("block4_pool", (1, 512), 0),
+    ("block5_conv1", (1, 512), 786_944),
+    ("block5_conv2", (1, 512), 786_944),
+    ("block5_conv3", (1, 512), 786_944),
+    ("block5_pool", (1, 512), 0),
+    ("flatten", (512,), 0),
+    ("dense1", (4096,), 2_101_248),
+    ("dense2", (4096,), 16_781_312),
+    ("coordinates_um", (3,), 12_291),
+]
+
+SETTINGS = {"epochs": 5, "batch_size": 16, "learning_rate": 1e-3, "threads": 1, "seed": 11}
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A network of the same kind that is built and saved in no time."""
+    monkeypatch.setattr(vgg16, "BLOCKS", ((8, 8), (16, 16), (16, 16, 16), (24, 24, 24), (24, 24, 24)))
+    monkeypatch.setattr(vgg16, "DENSE_UNITS", 64)
+    monkeypatch.setattr(vgg16, "SHARD_UNITS", 16)
+    monkeypatch.setattr(vgg16, "CHECKPOINT_INTERVAL_S", 0.0)
+
+
+@pytest.fixture(scope="module")
+def full():
+    import keras
+
+    vgg16._make_deterministic(seed=3, threads=1)
+    model = vgg16.build(4, 6)
+    yield model
+    keras.backend.clear_session()
+
+
+def samples(n, n_frames=4, seed=0):
+    """Features like those of particles and targets that follow from them: a shrinking box."""
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(-9, 9, (n, 1, 3)) * np.linspace(1, 0.95, n_frames)[:, None]
+    static = np.concatenate([rng.integers(1, 4, (n, 1, 1)), rng.uniform(0.25, 0.55, (n, 1, 1))], axis=2)
+    coordination = rng.integers(0, 9, (n, n_frames, 1))
+    features = np.concatenate([np.repeat(static, n_frames, axis=1), place, coordination], axis=2)
+    return features, 0.7 * place[:, -1] + rng.normal(0, 0.1, (n, 3))
+
+
+def training_set(n=80):
+    features, targets = samples(n)
+    index = np.zeros(n, dtype=int)
+    names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+    held = split(n, 0.2, seed=1)
+    return TrainingSet(features, targets, index, ("T1",), np.arange(n), held, names, (7, 8, 9, 10), 120)
+
+
+def test_layers_are_those_of_table_2(full):
+    from keras import layers
+
+    rows = [(layer.name, layer.output.shape[1:], layer.count_params()) for layer in full.layers[1:]]
+    assert rows == TABLE_2
+    assert full.count_params() == 23_803_139
+    for layer in full.layers:
+        if isinstance(layer, layers.Conv1D):
+            assert (layer.kernel_size, layer.padding, layer.activation.__name__) == ((3,), "same", "relu")
+        elif isinstance(layer, layers.MaxPooling1D):
+            assert (layer.pool_size, layer.strides, layer.padding) == ((2,), (2,), "same")
+    assert [layer.activation.__name__ for layer in full.layers[-3:]] == ["relu", "relu", "linear"]
+
+
+def forward_in_float64(model, x):
+    """The network in plain numpy: an independent statement of what the layers do."""
+    for layer in model.layers[1:]:
+        weights = [weight.astype(float) for weight in layer.get_weights()]
+        if "conv" in layer.name:
+            padded = np.pad(x, ((0, 0), (1, 1), (0, 0)))
+            taps = (padded[:, tap : tap + x.shape[1]] @ weights[0][tap] for tap in range(3))
+            x = np.maximum(sum(taps) + weights[1], 0)
+        elif "pool" in layer.name:
+            padded = np.pad(x, ((0, 0), (0, x.shape[1] % 2), (0, 0)), constant_values=-np.inf)
+            x = np.maximum(padded[:, ::2], padded[:, 1::2])
+        elif layer.name == "flatten":
+            x = x.reshape(len(x), -1)
+        else:
+            x = x @ weights[0] + weights[1]
+            x = x if layer is model.layers[-1] else np.maximum(x, 0)
+    return x
+
+
+def test_prediction_keeps_coordinates_to_a_thousandth_of_a_um(full, tmp_path):
+    features, _ = samples(40)
+    exact = forward_in_float64(full, features)
+    scale = 100 / abs(exact).max()  # coordinates as large as in the largest slurries
+    full.layers[-1].set_weights([weight * scale for weight in full.layers[-1].get_weights()])
+    full.save(tmp_path / "model.keras")
+    predicted = vgg16.predict(tmp_path / "model.keras", features)
+    assert predicted.dtype == np.float64
+    assert abs(predicted).max() > 99
+    np.testing.assert_allclose(predicted, exact * scale, atol=1e-3, rtol=0)
+
+
+def relative_difference(ours, theirs, start):
+    """Of two moves from `start`, as a share of the move."""
+    return np.linalg.norm(ours - theirs) / np.linalg.norm(theirs - start)
+
+
+def assert_same_training(model, n_frames, steps, tolerance):
+    import keras
+
+    start = model.get_weights()
+    trainer = vgg16.Trainer(model, 1e-3)
+    model.compile(optimizer=keras.optimizers.Adamax(1e-3), loss="mse", metrics=["mae"])
+    for step in range(steps):
+        features, targets = (array.astype(np.float32) for array in samples(20, n_frames, seed=step))
+        np.testing.assert_allclose(trainer.predict_on_batch(features), model.predict_on_batch(features), atol=1e-4)
+        ours = [float(value) for value in trainer.train_on_batch(features, targets)]
+        model.reset_metrics()
+        np.testing.assert_allclose(ours, model.train_on_batch(features, targets), rtol=1e-4)
+    theirs = model.get_weights()
+    trainer.write_back(model, [weight.numpy() for weight in trainer.weights])
+    for ours, other, before in zip(model.get_weights(), theirs, start, strict=True):
+        assert relative_difference(ours, other, before) < tolerance
+    np.testing.assert_allclose(trainer.predict_on_batch(features), model.predict_on_batch(features), atol=1e-4)
+
+
+def test_training_equals_keras_with_adamax(full):
+    assert_same_training(full, n_frames=4, steps=3, tolerance=1e-2)
+
+
+@pytest.mark.parametrize("n_frames", [1, 2, 3, 4, 5, 40])
+def test_training_equals_keras_for_any_number_of_frames(small, n_frames):
+    vgg16._make_deterministic(seed=3, threads=1)
+    assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-2)
+
+
+def test_outer_taps_stay_where_the_length_is_one(small):
+    import keras
+
+    model = vgg16.build(4, 6)
+    start = {layer.name: layer.get_weights() for layer in model.layers}
+    model.compile(optimizer=keras.optimizers.Adamax(1e-3), loss="mse")
+    model.train_on_batch(*samples(20))
+    for name in ("block3_conv1", "block5_conv3"):
+        moved = model.get_layer(name).get_weights()[0] != start[name][0]
+        assert moved[1].any() and not moved[[0, 2]].any()
+    moved = model.get_layer("block2_conv1").get_weights()[0] != start["block2_conv1"][0]
+    assert moved[0].any() and moved[2].any()
+
+
+def fit(folder, **changes):
+    folder.mkdir(exist_ok=True)
+    settings = SETTINGS | changes
+    spent = vgg16.fit(training_set(), settings, folder / "model.keras", folder / "history.csv", folder / "work")
+    return (folder / "history.csv").read_text(), vgg16.predict(folder / "model.keras", samples(20)[0]), spent
+
+
+def test_the_same_seed_gives_the_same_network(small, tmp_path):
+    history, predicted, spent = fit(tmp_path / "a")
+    assert spent == {"earlier_wall_s": 0.0, "earlier_cpu_s": 0.0}
+    again = fit(tmp_path / "b")
+    assert again[0] == history
+    np.testing.assert_array_equal(again[1], predicted)
+    assert fit(tmp_path / "c", seed=12)[0] != history
+
+
+def test_training_learns(small, tmp_path):
+    history, _, _ = fit(tmp_path, epochs=60, learning_rate=3e-3)
+    loss = [float(line.split(",")[1]) for line in history.splitlines()[1:]]
+    assert loss[-1] < 0.2 * loss[0]
+
+
+def killed_in_epoch(monkeypatch, epoch):
+    train_epoch = vgg16.Trainer.train_epoch
+    left = [epoch]
+
+    def dies(*args):
+        left[0] -= 1
+        if left[0] == 0:
+            raise KeyboardInterrupt
+        return train_epoch(*args)
+
+    monkeypatch.setattr(vgg16.Trainer, "train_epoch", dies)
+
+
+def test_a_killed_training_ends_like_an_undisturbed_one(small, tmp_path, monkeypatch, capsys):
+    def scripted_errors(trainer, *_):
+        epoch = int(trainer.steps) // 4  # 64 training samples in batches of 16
+        return np.array([[5.0, 1.0, 3.0, 2.0, 4.0][epoch - 1]] * 2)
+
+    monkeypatch.setattr(vgg16.Trainer, "errors", scripted_errors)
+    undisturbed = fit(tmp_path / "undisturbed")
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        killed_in_epoch(patch, 5)
+        fit(tmp_path / "killed")
+    assert not (tmp_path / "killed" / "model.keras").exists()
+    capsys.readouterr()
+    resumed = fit(tmp_path / "killed")
+    assert "resuming after epoch 4" in capsys.readouterr().out
+    assert resumed[0] == undisturbed[0]
+    np.testing.assert_array_equal(resumed[1], undisturbed[1])
+    assert resumed[2]["earlier_wall_s"] > 0 and resumed[2]["earlier_cpu_s"] > 0
+    # the best epoch, the second, came before the kill
+    np.testing.assert_array_equal(resumed[1], fit(tmp_path / "two", epochs=2)[1])
+
+
+@pytest.mark.parametrize("kind", ["other settings", "broken"])
+def test_a_foreign_checkpoint_is_ignored(small, tmp_path, monkeypatch, capsys, kind):
+    clean = fit(tmp_path / "clean")
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        killed_in_epoch(patch, 3)
+        fit(tmp_path / "killed", batch_size=8)
+    checkpoint = tmp_path / "killed" / "work" / "checkpoint.h5"
+    if kind == "broken":
+        checkpoint.write_bytes(checkpoint.read_bytes()[:1000])
+    capsys.readouterr()
+    assert fit(tmp_path / "killed")[0] == clean[0]
+    assert "starting anew" in capsys.readouterr().out
+
+
+def test_a_loss_that_is_not_finite_stops(small, tmp_path):
+    with pytest.raises(InputError, match=r"not finite in epoch \d, learning_rate 1e\+20 is too large"):
+        fit(tmp_path, learning_rate=1e20)
+    assert not (tmp_path / "model.keras").exists()
+
+
+@pytest.mark.parametrize("key", ["epochs", "batch_size", "learning_rate", "threads"])
+def test_settings_are_checked(tmp_path, key):
+    with pytest.raises(InputError, match=f"setting {key} is 0, it must be above 0"):
+        fit(tmp_path, **{key: 0})
+
+
+def test_the_model_is_plain_keras(small, tmp_path):
+    _, predicted, _ = fit(tmp_path, epochs=1)
+    with zipfile.ZipFile(tmp_path / "model.keras") as archive:
+        layers = json.loads(archive.read("config.json"))["config"]["layers"]
+    assert {layer["module"] for layer in layers} == {"keras.layers"}
+    assert all(layer["registered_name"] is None for layer in layers)
+    np.save(tmp_path / "features.npy", samples(20)[0])
+    code = """
+import sys, numpy, keras
+model = keras.saving.load_model("model.keras", safe_mode=True)
+numpy.save("predicted.npy", model.predict(numpy.load("features.npy"), verbose=0))
+assert not [name for name in sys.modules if "slurrycast" in name]
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    np.testing.assert_allclose(np.load(tmp_path / "predicted.npy"), predicted, atol=1e-5)
+
+
+def test_prediction_does_not_depend_on_the_batches(small, tmp_path, monkeypatch):
+    vgg16.build(4, 6).save(tmp_path / "model.keras")
+    features, _ = samples(50)
+    whole = vgg16.predict(tmp_path / "model.keras", features)
+    monkeypatch.setattr(vgg16, "PREDICTION_BATCH", 7)
+    np.testing.assert_allclose(vgg16.predict(tmp_path / "model.keras", features), whole, atol=1e-6)
+
+
+def test_models_that_do_not_fit_are_refused(small, tmp_path):
+    path = tmp_path / "model.keras"
+    features, _ = samples(5)
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        vgg16.predict(path, features)
+    path.write_bytes(b"no model")
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        vgg16.predict(path, features)
+    vgg16.build(2, 6).save(path)
+    with pytest.raises(InputError, match=r"maps \(2, 6\) to \(3,\), needed is \(4, 6\) to \(3,\)"):
+        vgg16.predict(path, features)

@@ -1,0 +1,172 @@
+"""What is measured on the microstructures, and what each stage cost.
+
+REQUIRED INPUTS:
+    dem/{slurry}/thermo.csv, run.json
+    frames/{slurry}.h5
+    hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
+    costs/
+    config[analysis]
+
+OUTPUTS:
+    rdf/{surrogate}/{slurry}.csv
+    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, cost.csv
+"""
+
+
+rule measure_equilibrium:
+    input:
+        script="scripts/measure_equilibrium.py",
+        modules=modules("scripts/measure_equilibrium.py"),
+        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
+    output:
+        table=f"{RESULTS}/tables/equilibrium.csv",
+        cost=f"{RESULTS}/costs/measure_equilibrium.json",
+    log:
+        f"{RESULTS}/logs/measure_equilibrium.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_equilibrium.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        roles=[slurry.role for slurry in SLURRIES.values()],
+        max_density_drift=config["dem"]["max_density_drift"],
+    shell:
+        "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q} --roles {params.roles:q}"
+        " --max-density-drift {params.max_density_drift} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_density:
+    input:
+        script="scripts/measure_density.py",
+        modules=modules("scripts/measure_density.py"),
+        frames=expand(rules.extract_frames.output.frames, slurry=COMPLETE),
+        relaxed=expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=PREDICTED),
+    output:
+        table=f"{RESULTS}/tables/density_volume.csv",
+        cost=f"{RESULTS}/costs/measure_density.json",
+    log:
+        f"{RESULTS}/logs/measure_density.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_density.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --frames {input.frames:q} --relaxed {input.relaxed:q}"
+        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_coordinates:
+    input:
+        script="scripts/compare_coordinates.py",
+        modules=modules("scripts/compare_coordinates.py"),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SURROGATES)),
+    output:
+        table=f"{RESULTS}/tables/coordinate_errors.csv",
+        cost=f"{RESULTS}/costs/compare_coordinates.json",
+    log:
+        f"{RESULTS}/logs/compare_coordinates.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_coordinates.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compute_rdf:
+    input:
+        script="scripts/compute_rdf.py",
+        modules=modules("scripts/compute_rdf.py"),
+        frames=rules.extract_frames.output.frames,
+        predicted=rules.predict_slurry.output.predicted,
+        relaxed=rules.relax_slurry.output.relaxed,
+    output:
+        rdf=f"{RESULTS}/rdf/{{surrogate}}/{{slurry}}.csv",
+        cost=f"{RESULTS}/costs/compute_rdf/{{surrogate}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/compute_rdf/{{surrogate}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compute_rdf/{{surrogate}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target=lambda wildcards: ["--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else [],
+        cutoff_um=config["analysis"]["rdf_cutoff_um"],
+        bins=config["analysis"]["rdf_bins"],
+        pair=config["analysis"]["rdf_pair"],
+    shell:
+        "python {input.script:q} --frames {input.frames:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q}"
+        " {params.target:q} --cutoff-um {params.cutoff_um} --bins {params.bins} --pair {params.pair:q}"
+        " --rdf {output.rdf:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_rdf:
+    input:
+        script="scripts/compare_rdf.py",
+        modules=modules("scripts/compare_rdf.py"),
+        rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=HELD_OUT),
+    output:
+        table=f"{RESULTS}/tables/rdf_errors.csv",
+        cost=f"{RESULTS}/costs/compare_rdf.json",
+    log:
+        f"{RESULTS}/logs/compare_rdf.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_rdf.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --rdf {input.rdf:q} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule collect_costs:
+    input:
+        script="scripts/collect_costs.py",
+        modules=modules("scripts/collect_costs.py"),
+        costs=[
+            *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
+            *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
+            *expand(rules.extract_frames.output.cost, slurry=SLURRIES),
+            *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
+            *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=SURROGATES),
+            *expand(
+                [
+                    rules.predict_slurry.output.cost,
+                    rules.wrap_slurry.output.cost,
+                    rules.relax_slurry.output.cost,
+                    rules.compute_rdf.output.cost,
+                ],
+                surrogate=SURROGATES,
+                slurry=PREDICTED,
+            ),
+            rules.measure_equilibrium.output.cost,
+            rules.measure_density.output.cost,
+            rules.compare_coordinates.output.cost,
+            rules.compare_rdf.output.cost,
+        ],
+        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+    output:
+        table=f"{RESULTS}/tables/cost.csv",
+    log:
+        f"{RESULTS}/logs/collect_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/collect_costs.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        input_steps=max(INPUT_FRAMES) * FRAME_STEPS,
+    shell:
+        "python {input.script:q} --costs {input.costs:q} --run-json {input.runs:q} --input-steps {params.input_steps}"
+        " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"

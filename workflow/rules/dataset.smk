@@ -1,0 +1,60 @@
+"""Frames and samples: from trajectories to what is learned from.
+
+REQUIRED INPUTS:
+    dem/{slurry}/dump.lammpstrj, inputs.json, run.json
+    config[learning]
+
+OUTPUTS:
+    frames/{slurry}.h5
+    dataset/training.h5
+"""
+
+
+rule extract_frames:
+    input:
+        # ancient: the dump is gone once the frames are checked, so an edit of the code that reads it would repeat the DEM.
+        # Where such an edit has to reach old results: snakemake --forcerun extract_frames.
+        script=ancient("scripts/extract_frames.py"),
+        modules=ancient(modules("scripts/extract_frames.py")),
+        dump=rules.run_slurry.output.dump,
+        inputs=rules.generate_inputs.output.inputs,
+        run=rules.run_slurry.output.run,
+    output:
+        frames=f"{RESULTS}/frames/{{slurry}}.h5",
+        cost=f"{RESULTS}/costs/extract_frames/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/extract_frames/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/extract_frames/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --dump {input.dump:q} --inputs {input.inputs:q} --run {input.run:q}"
+        " --frames {output.frames:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule assemble_dataset:
+    input:
+        script="scripts/assemble_dataset.py",
+        modules=modules("scripts/assemble_dataset.py"),
+        frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+    output:
+        dataset=f"{RESULTS}/dataset/training.h5",
+        cost=f"{RESULTS}/costs/assemble_dataset.json",
+    log:
+        f"{RESULTS}/logs/assemble_dataset.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/assemble_dataset.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        input_frames=INPUT_FRAMES,
+        target_frame=TARGET_FRAME,
+        validation_share=config["learning"]["validation_share"],
+        seed=config["learning"]["seed"],
+    shell:
+        "python {input.script:q} --frames {input.frames:q} --input-frames {params.input_frames}"
+        " --target-frame {params.target_frame} --validation-share {params.validation_share} --seed {params.seed}"
+        " --dataset {output.dataset:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"

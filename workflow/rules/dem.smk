@@ -1,0 +1,90 @@
+"""The slurry DEM: from a row of the slurry table to its trajectory.
+
+REQUIRED INPUTS:
+    config[slurries], config[formulation], config[force_field], config[dem]
+
+OUTPUTS:
+    dem/{slurry}/initial.data, coefficients.lmp, push_off.lmp, inputs.json
+    dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, thermo.csv, run.json
+"""
+
+DEM_PARTICLE_STEPS_PER_S = 1.0e6  # one rank of a slow core; for the walltime alone
+
+
+def last_frame(wildcards):
+    """Last frame of the DEM: a slurry of role `new` ends at the last one from which anything goes on."""
+    new = SLURRIES[wildcards.slurry].role == "new"
+    return max(config["dem"]["restart_frames"]) if new else config["dem"]["frames"] - 1
+
+
+def dem_minutes(wildcards, attempt):
+    """Walltime of the DEM in minutes."""
+    particle_steps = particles(wildcards) * last_frame(wildcards) * FRAME_STEPS
+    return 10 + attempt * round(particle_steps / DEM_PARTICLE_STEPS_PER_S / config["dem"]["ranks"] / 60)
+
+
+rule generate_inputs:
+    input:
+        script="scripts/generate_inputs.py",
+        modules=modules("scripts/generate_inputs.py"),
+    output:
+        data=f"{RESULTS}/dem/{{slurry}}/initial.data",
+        coefficients=f"{RESULTS}/dem/{{slurry}}/coefficients.lmp",
+        push_off=f"{RESULTS}/dem/{{slurry}}/push_off.lmp",
+        inputs=f"{RESULTS}/dem/{{slurry}}/inputs.json",
+        cost=f"{RESULTS}/costs/generate_inputs/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/generate_inputs/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/generate_inputs/{{slurry}}.tsv"
+    conda:
+        "../../envs/dem.yaml"
+    params:
+        physics=lambda wildcards: section(configuration.physics(config, SLURRIES[wildcards.slurry])),
+    shell:
+        "python {input.script:q} --slurry {wildcards.slurry:q} --physics {params.physics:q}"
+        " --data {output.data:q} --coefficients {output.coefficients:q} --push-off {output.push_off:q}"
+        " --inputs {output.inputs:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule run_slurry:
+    input:
+        script="scripts/run_slurry.py",
+        modules=modules("scripts/run_slurry.py"),
+        lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "start", "slurry"]),
+        data=rules.generate_inputs.output.data,
+        coefficients=rules.generate_inputs.output.coefficients,
+        push_off=rules.generate_inputs.output.push_off,
+        inputs=rules.generate_inputs.output.inputs,
+    output:
+        dump=temp(f"{RESULTS}/dem/{{slurry}}/dump.lammpstrj"),
+        restarts=expand(f"{RESULTS}/dem/{{{{slurry}}}}/frame_{{k}}.restart", k=config["dem"]["restart_frames"]),
+        thermo=f"{RESULTS}/dem/{{slurry}}/thermo.csv",
+        run=f"{RESULTS}/dem/{{slurry}}/run.json",
+        cost=f"{RESULTS}/costs/run_slurry/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/run_slurry/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/run_slurry/{{slurry}}.tsv"
+    conda:
+        "../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    # How LAMMPS is started stands among the resources, since a change of it is no reason to run a slurry again.
+    resources:
+        mpi=config["dem"]["launcher"],
+        tasks=config["dem"]["ranks"],
+        executable=config["dem"]["executable"],
+        mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
+        runtime=dem_minutes,
+    params:
+        last_frame=last_frame,
+        work=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}/work",
+    shell:
+        "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q}"
+        " --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
+        " --last-frame {params.last_frame} --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher {resources.mpi:q} --ranks {resources.tasks}"
+        " --dump {output.dump:q} --restarts {output.restarts:q} --thermo {output.thermo:q} --run {output.run:q}"
+        " --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"

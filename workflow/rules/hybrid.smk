@@ -1,0 +1,69 @@
+"""The hybrid chain behind the surrogate: a prediction becomes a microstructure at rest in its periodic box.
+
+REQUIRED INPUTS:
+    hybrid/{surrogate}/{slurry}/predicted.h5
+    dem/{slurry}/inputs.json, coefficients.lmp, push_off.lmp
+    config[relaxation]
+
+OUTPUTS:
+    hybrid/{surrogate}/{slurry}/wrapped.data, relaxed.data, relaxed.h5
+"""
+
+
+rule wrap_slurry:
+    input:
+        script="scripts/wrap_slurry.py",
+        modules=modules("scripts/wrap_slurry.py"),
+        predicted=rules.predict_slurry.output.predicted,
+        inputs=rules.generate_inputs.output.inputs,
+    output:
+        wrapped=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/wrapped.data",
+        cost=f"{RESULTS}/costs/wrap_slurry/{{surrogate}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/wrap_slurry/{{surrogate}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/wrap_slurry/{{surrogate}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --inputs {input.inputs:q}"
+        " --wrapped {output.wrapped:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule relax_slurry:
+    input:
+        script="scripts/relax_slurry.py",
+        modules=modules("scripts/relax_slurry.py"),
+        lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "relax"]),
+        wrapped=rules.wrap_slurry.output.wrapped,
+        predicted=rules.predict_slurry.output.predicted,
+        inputs=rules.generate_inputs.output.inputs,
+        coefficients=rules.generate_inputs.output.coefficients,
+        push_off=rules.generate_inputs.output.push_off,
+    output:
+        data=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed.data",
+        relaxed=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed.h5",
+        cost=f"{RESULTS}/costs/relax_slurry/{{surrogate}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/relax_slurry/{{surrogate}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/relax_slurry/{{surrogate}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    resources:
+        mpi=config["dem"]["launcher"],
+        tasks=config["dem"]["ranks"],
+        executable=config["dem"]["executable"],
+        mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
+    params:
+        settings=section(config["relaxation"]),
+        work=lambda wildcards: f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work",
+    shell:
+        "python {input.script:q} --wrapped {input.wrapped:q} --predicted {input.predicted:q}"
+        " --inputs {input.inputs:q} --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
+        " --settings {params.settings:q} --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher {resources.mpi:q} --ranks {resources.tasks}"
+        " --relaxed-data {output.data:q} --relaxed {output.relaxed:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
