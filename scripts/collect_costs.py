@@ -47,7 +47,7 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
     run = json.loads(path.read_text(encoding="utf-8"))
     if run["segments"][-1]["step_end"] < input_steps:
         raise InputError(f"{path}: ends before step {input_steps} of the last input frame")
-    wall_s = cpu_s = 0.0
+    wall_s, cpu_s = run["start"]["wall_s"], run["start"]["cpu_s"]
     for segment in run["segments"]:
         steps = segment["step_end"] - segment["step_start"]
         share = min(max((input_steps - segment["step_start"]) / steps, 0.0), 1.0)

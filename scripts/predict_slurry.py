@@ -69,7 +69,9 @@ def main() -> None:
                 "input_frames": args.input_frames,
             }
             write_frames(args.predicted, store.particles, [frame], attributes)
-    print(f"[{slurry}] {args.surrogate}: box {' x '.join(f'{edge:.3f}' for edge in edges_um)} um ({surrogate.BOX_RULE})")
+    print(
+        f"[{slurry}] {args.surrogate}: box {' x '.join(f'{edge:.3f}' for edge in edges_um)} um ({surrogate.BOX_RULE})"
+    )
 
 
 if __name__ == "__main__":

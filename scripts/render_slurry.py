@@ -161,7 +161,7 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
     half_um = half_size_um(structures)
     margin_um = 3.2 * max(s.particles.radius_um.max() for s in structures) + 0.06 * half_um[1]
     shape = (2 * half_um[0] + margin_um) / (2 * half_um[1])
-    height_in = min(4.6, 10 / (len(structures) * shape))
+    height_in = min(4.6, 10 / (3 * shape))
     width_in = height_in * shape
     figure = new_figure(width_in * len(structures) + 0.2, height_in + 0.75)
     panels = figure.subplots(1, len(structures), squeeze=False)[0]

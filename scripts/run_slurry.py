@@ -86,6 +86,22 @@ def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True).astype({"step": int})
 
 
+def run_recorded(launcher: Launcher, script: str, variables: dict, work: Path, name: str, *progress: Progress) -> Log:
+    """Run LAMMPS and leave what it cost beside its log, for a later attempt that goes on from its result."""
+    log = run_lammps(launcher, script, variables, work, f"{name}.log", *progress)
+    write_text(work / f"{name}.json", json.dumps({"wall_s": log.wall_s, "cpu_s": log.cpu_s}))
+    return log
+
+
+def recorded_cost(work: Path, name: str) -> dict[str, float]:
+    """What a LAMMPS process cost; by its log if the attempt was killed before it could be written down."""
+    record = work / f"{name}.json"
+    if record.exists():
+        return json.loads(record.read_text())
+    log = read_log(work / f"{name}.log")
+    return {"wall_s": log.wall_s, "cpu_s": log.cpu_s}
+
+
 def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launcher) -> list[Log]:
     """Run the segments between `steps` that the work folder does not hold yet; return the logs of all."""
     dem, name = inputs["physics"]["dem"], inputs["slurry"]
@@ -102,21 +118,20 @@ def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launc
     }
     done = [to for to in steps if (work / f"step_{to}.restart").exists()]
     if not done:
-        run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
-        run_lammps(launcher, "start.lmp", variables, work, "start.log")
+        run_recorded(launcher, "push_off.lmp", variables, work, "push_off")
+        run_recorded(launcher, "start.lmp", variables, work, "start")
         done = [0]
     elif done[-1]:
         print(f"[{name}] goes on from step {done[-1]} of {steps[-1]}")
     progress = Progress(name, done[-1], steps[-1], lambda line: print(line, flush=True))
     logs = []
     for first, last in pairwise(steps):
-        log = f"segment_{last}.log"
+        segment = f"segment_{last}"
         if last <= done[-1]:
-            logs.append(read_log(work / log))
+            logs.append(read_log(work / f"{segment}.log"))
         else:
-            logs.append(
-                run_lammps(launcher, "slurry.lmp", {**variables, "from": first, "to": last}, work, log, progress)
-            )
+            ends = {**variables, "from": first, "to": last}
+            logs.append(run_recorded(launcher, "slurry.lmp", ends, work, segment, progress))
     return logs
 
 
@@ -148,8 +163,8 @@ def main() -> None:
         with moved_into_place(args.thermo) as part:
             thermo.to_csv(part, index=False, float_format="%.10g")
         segments = [
-            {"step_start": first, "step_end": last, "wall_s": log.wall_s, "cpu_s": round(log.cpu_s, 4)}
-            for (first, last), log in zip(pairwise(steps), logs, strict=True)
+            {"step_start": first, "step_end": last, **recorded_cost(args.work, f"segment_{last}")}
+            for first, last in pairwise(steps)
         ]
         summary = {
             "slurry": inputs["slurry"],
@@ -159,6 +174,10 @@ def main() -> None:
             "lammps_version": logs[-1].version,
             "ranks": args.ranks,
             "physics": inputs["physics"],
+            "start": {
+                clock: sum(recorded_cost(args.work, name)[clock] for name in ("push_off", "start"))
+                for clock in ("wall_s", "cpu_s")
+            },
             "segments": segments,
         }
         write_text(args.run, json.dumps(summary, indent=1) + "\n")

@@ -1,9 +1,14 @@
-"""Shared by all tests: the package beside the scripts, and where the project's files are."""
+"""Shared by all tests: the package beside the scripts, where the project's files are, and one small slurry."""
 
+import json
+import os
+import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
@@ -13,3 +18,59 @@ sys.path.insert(0, str(ROOT / "scripts"))
 def root() -> Path:
     """The project folder."""
     return ROOT
+
+
+@pytest.fixture(scope="session", autouse=True)
+def programs_on_path() -> Iterator[None]:
+    """Let lmp and mpiexec of this environment be found, whether it is activated or not."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PATH", os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
+        yield
+
+
+@pytest.fixture(scope="session")
+def command() -> Callable[..., list[str]]:
+    """Command line of a script: command("run_slurry", last_frame=10, restarts=[a, b], ...)."""
+
+    def build(script: str, **options: object) -> list[str]:
+        words = [sys.executable, str(ROOT / "scripts" / f"{script}.py")]
+        for name, value in options.items():
+            words += [f"--{name.replace('_', '-')}", *map(str, value if isinstance(value, list) else [value])]
+        return words
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def slurry(tmp_path_factory, command) -> Path:
+    """Folder of a slurry of some 80 particles that went through the DEM: 121 frames, one every 50 steps."""
+    folder = tmp_path_factory.mktemp("a slurry")
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    physics = {
+        "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
+        "force_field": config["force_field"],
+        "dem": config["dem"]
+        | {"steps": 6000, "segment_frames": 40, "restart_frames": [1, 10, 60], "thermo_every_steps": 50}
+        | {"pressure_damping_us": 1000.0},
+        "slurry": {"mass_units": 1.0, "thickness_ratio": 1.2, "seed": 7},
+    }
+    inputs = {name: folder / file for name, file in INPUT_FILES.items()}
+    run, dump = folder / "run.json", folder / "dump.lammpstrj"
+    restarts = [folder / f"frame_{k}.restart" for k in (1, 10, 60)]
+    for words in (
+        command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "generate.json"),
+        command("run_slurry", **inputs, last_frame=120, work=folder / "work", dump=dump, restarts=restarts)
+        + command("", thermo=folder / "thermo.csv", run=run, cost=folder / "cost.json")[2:],
+        command("extract_frames", dump=dump, inputs=inputs["inputs"], run=run, frames=folder / "frames.h5")
+        + ["--cost", str(folder / "extract.json")],
+    ):
+        subprocess.run(words, check=True, capture_output=True, text=True)
+    return folder
+
+
+INPUT_FILES = {
+    "data": "initial.data",
+    "coefficients": "coefficients.lmp",
+    "push_off": "push_off.lmp",
+    "inputs": "inputs.json",
+}

@@ -173,6 +173,7 @@ def dem_run(folder: Path, slurry: str, density_g_cm3: np.ndarray) -> list[Path]:
     ]
     physics = {"slurry": {"mass_units": 2.6, "thickness_ratio": 1.6, "seed": 7}}
     run = {"slurry": slurry, "particles": N, "steps": 4000, "physics": physics, "segments": segments}
+    run["start"] = {"wall_s": 0.5, "cpu_s": 0.25}
     paths = [folder / f"{slurry}_run.json", folder / f"{slurry}_thermo.csv"]
     paths[0].write_text(json.dumps(run))
     time_us = 2.0 * np.arange(len(density_g_cm3))
@@ -231,12 +232,12 @@ def test_costs(run, tmp_path):
     assert list(rows.stage) == stages
     assert list(rows.slurry) == ["T10", "T10", "2", "T10", "-", "-"]
     to_input = rows.iloc[3]
-    assert (to_input.particles, to_input.steps, to_input.wall_s, to_input.cpu_s) == (N, 2000, 2 + 3, 1 + 2)
+    assert (to_input.particles, to_input.steps, to_input.wall_s, to_input.cpu_s) == (N, 2000, 0.5 + 2 + 3, 0.25 + 1 + 2)
     assert np.isnan(to_input.max_rss_mb)
     assert "train_surrogate,vgg16,-,,,123.456789," in out.read_text()
 
     half_a_segment_more = table(run("collect_costs.py", *arguments, "--input-steps", 2500), out)
-    assert half_a_segment_more.wall_s[3] == 2 + 3 + 0.5 * 4
+    assert half_a_segment_more.wall_s[3] == 0.5 + 2 + 3 + 0.5 * 4
     too_short = run("collect_costs.py", *arguments, "--input-steps", 5000)
     assert too_short.returncode == 1
     assert too_short.stderr == f"error: {run_json}: ends before step 5000 of the last input frame\n"

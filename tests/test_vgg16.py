@@ -117,8 +117,10 @@ def test_prediction_keeps_coordinates_to_a_thousandth_of_a_um(full, tmp_path):
     features, _ = samples(40)
     exact = forward_in_float64(full, features)
     scale = 100 / abs(exact).max()  # coordinates as large as in the largest slurries
-    full.layers[-1].set_weights([weight * scale for weight in full.layers[-1].get_weights()])
+    last = full.layers[-1].get_weights()
+    full.layers[-1].set_weights([weight * scale for weight in last])
     full.save(tmp_path / "model.keras")
+    full.layers[-1].set_weights(last)
     predicted = vgg16.predict(tmp_path / "model.keras", features)
     assert predicted.dtype == np.float64
     assert abs(predicted).max() > 99
@@ -130,6 +132,11 @@ def relative_difference(ours, theirs, start):
     return np.linalg.norm(ours - theirs) / np.linalg.norm(theirs - start)
 
 
+def assert_same_prediction(trainer, model, features):
+    theirs = model.predict_on_batch(features)
+    np.testing.assert_allclose(trainer.predict_on_batch(features), theirs, rtol=0, atol=1e-5 * abs(theirs).max())
+
+
 def assert_same_training(model, n_frames, steps, tolerance):
     import keras
 
@@ -138,25 +145,25 @@ def assert_same_training(model, n_frames, steps, tolerance):
     model.compile(optimizer=keras.optimizers.Adamax(1e-3), loss="mse", metrics=["mae"])
     for step in range(steps):
         features, targets = (array.astype(np.float32) for array in samples(20, n_frames, seed=step))
-        np.testing.assert_allclose(trainer.predict_on_batch(features), model.predict_on_batch(features), atol=1e-4)
+        assert_same_prediction(trainer, model, features)
         ours = [float(value) for value in trainer.train_on_batch(features, targets)]
         model.reset_metrics()
-        np.testing.assert_allclose(ours, model.train_on_batch(features, targets), rtol=1e-4)
+        np.testing.assert_allclose(ours, model.train_on_batch(features, targets), rtol=1e-6)
     theirs = model.get_weights()
     trainer.write_back(model, [weight.numpy() for weight in trainer.weights])
     for ours, other, before in zip(model.get_weights(), theirs, start, strict=True):
         assert relative_difference(ours, other, before) < tolerance
-    np.testing.assert_allclose(trainer.predict_on_batch(features), model.predict_on_batch(features), atol=1e-4)
+    assert_same_prediction(trainer, model, features)
 
 
 def test_training_equals_keras_with_adamax(full):
-    assert_same_training(full, n_frames=4, steps=3, tolerance=1e-2)
+    assert_same_training(full, n_frames=4, steps=3, tolerance=5e-3)
 
 
 @pytest.mark.parametrize("n_frames", [1, 2, 3, 4, 5, 40])
 def test_training_equals_keras_for_any_number_of_frames(small, n_frames):
     vgg16._make_deterministic(seed=3, threads=1)
-    assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-2)
+    assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-3)
 
 
 def test_outer_taps_stay_where_the_length_is_one(small):

@@ -182,7 +182,9 @@ def write_frames(
             for name, field, unit in _TIME_DEPENDENT:
                 value = np.asarray(getattr(frame, field))
                 if count == 0:
-                    compression = {"compression": "gzip", "shuffle": True, "fletcher32": True} if name[:3] != "box" else {}
+                    compression = (
+                        {"compression": "gzip", "shuffle": True, "fletcher32": True} if name[:3] != "box" else {}
+                    )
                     data = group.require_group(name).create_dataset(
                         "value",
                         shape=(0, *value.shape),

@@ -2,12 +2,13 @@
 
 import contextlib
 import os
+import resource
 import shlex
 import shutil
 import subprocess
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from slurrycast.files import InputError, RunError
@@ -80,7 +81,8 @@ def run_lammps(
     log: str,
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`.
+    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`, with
+    the times of the whole process.
 
     `progress` is called with step and density for each line of the thermo table as it is printed. RunError if the log
     shows a failure, or a processor grid that is not the ranks asked for: some launchers start N copies of one rank,
@@ -89,6 +91,7 @@ def run_lammps(
     settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
+    start, cpu_before_s = time.perf_counter(), _children_cpu_s()
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     columns: list[str] = []
     tail: list[str] = []
@@ -124,4 +127,9 @@ def run_lammps(
         )
     if process.returncode:
         raise RunError(f"LAMMPS ended with exit code {process.returncode}; log: {folder / log}")
-    return result
+    return replace(result, wall_s=time.perf_counter() - start, cpu_s=_children_cpu_s() - cpu_before_s)
+
+
+def _children_cpu_s() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

@@ -15,13 +15,15 @@ import pandas as pd
 
 from slurrycast import study
 from slurrycast.network_table import Network
-from slurrycast.speedup import HYBRID_PARTS, compare_costs
+from slurrycast.speedup import HYBRID_PARTS, compare_costs, time_unit
 
 TEMPLATE = Path(__file__).with_name("report.html.jinja")
 STUDY_GROUP = "Study (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.
 DENSITY_TOLERANCE = 0.02
 AXES = ("x", "y", "z")
+# Figures have 150 pixels an inch and text of 9 to 10 points; this shows it at 13 to 15 CSS pixels.
+CSS_PIXELS_PER_PIXEL = 0.7
 
 
 @dataclass(frozen=True)
@@ -100,12 +102,12 @@ class Listing:
 
 @dataclass(frozen=True)
 class FigureBlock:
-    """An embedded picture (data URI) with its caption."""
+    """An embedded picture (data URI), its caption and the width in CSS pixels at which its text is as large as ours."""
 
     label: str
     caption: str
     image: str
-    narrow: bool = False
+    width_px: int
     kind: str = "figure"
 
 
@@ -169,24 +171,27 @@ def named(slurries: Sequence[str]) -> str:
     return f"{'slurry' if len(slurries) == 1 else 'slurries'} {listed(list(slurries))}"
 
 
-def data_uri(path: Path) -> str:
-    """Content of an image as a data URI; 3D pictures, which compress badly as PNG, are embedded as WebP."""
-    content, kind = path.read_bytes(), "png"
-    if path.stem.startswith("slurry_"):
-        from PIL import Image
-
-        buffer = io.BytesIO()
-        with Image.open(path) as image:
-            image.convert("RGB").save(buffer, "WEBP", quality=88)
-        content, kind = buffer.getvalue(), "webp"
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+def pair_name(pair: str) -> str:
+    """Name of an RDF's pair in sentences and tables."""
+    return "all particles" if pair == "all" else pair
 
 
-def figure_block(results: Results, stem: str, label: str, caption: str, narrow: bool = False) -> list[FigureBlock]:
+def figure_block(results: Results, stem: str, label: str, caption: str) -> list[FigureBlock]:
     """Block of the figure with file name `stem`; none where this run does not make it (3D pictures can be off)."""
+    from PIL import Image
+
     if stem not in results.figures:
         return []
-    return [FigureBlock(label, caption, data_uri(results.figures[stem]), narrow)]
+    path = results.figures[stem]
+    content, kind = path.read_bytes(), "png"
+    with Image.open(path) as image:
+        width_px = round(image.width * CSS_PIXELS_PER_PIXEL)
+        if stem.startswith("slurry_"):  # 3D pictures are several times smaller as WebP
+            buffer = io.BytesIO()
+            image.convert("RGB").save(buffer, "WEBP", quality=88)
+            content, kind = buffer.getvalue(), "webp"
+    uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    return [FigureBlock(label, caption, uri, width_px)]
 
 
 # ---- what to keep in mind
@@ -237,12 +242,12 @@ def summary_section(results: Results, comparison: pd.DataFrame) -> Section:
             their_worst = theirs.abs().idxmax()
             rows += [
                 [
-                    f"{prefix}mean |hybrid − DEM| density (g/cm³)",
+                    f"{prefix}Mean |hybrid − DEM| density (g/cm³)",
                     number(structures.difference.abs().mean()),
                     f"{theirs.abs().mean():.2f}",
                 ],
                 [
-                    f"{prefix}largest |hybrid − DEM| density (g/cm³)",
+                    f"{prefix}Largest |hybrid − DEM| density (g/cm³)",
                     f"{abs(structures.difference[worst]):.3g} (slurry {worst}, {abs(structures.share[worst]):.1%})",
                     f"{abs(theirs[their_worst]):.2f} (slurry {their_worst}, "
                     f"{abs(theirs[their_worst]) / study.DEM_STRUCTURE[their_worst].density_g_cm3:.0%})",
@@ -257,13 +262,13 @@ def summary_section(results: Results, comparison: pd.DataFrame) -> Section:
             ]
         differences = results.rdf_errors[results.rdf_errors.surrogate == surrogate]
         for pair, of_pair in differences.groupby("pair", sort=False):
-            label = f"{prefix}mean |Δg(r)|, {'all particles' if pair == 'all' else pair}"
+            label = f"{prefix}Mean |Δg(r)|, {pair_name(pair)}"
             rows.append([label, span(of_pair.mean_abs_difference), "–"])
         ratios = comparison.ratio[comparison.surrogate == surrogate].dropna()
         if not ratios.empty:
             rows.append(
                 [
-                    f"{prefix}wall time, full DEM / hybrid",
+                    f"{prefix}Wall time, full DEM / hybrid",
                     span(ratios, ".2g"),
                     f"about {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f}",
                 ]
@@ -283,7 +288,7 @@ def workflow_section(results: Results) -> Section:
         "The workflow, drawn from its rules. Each box is one rule; an arrow means that files go from one to the other. "
         "Arrows that others imply are left out."
     )
-    return Section("Workflow", figure_block(results, "workflow", "Fig. 1", caption, narrow=True))
+    return Section("Workflow", figure_block(results, "workflow", "Fig. 1", caption))
 
 
 def settings_section(results: Results) -> Section:
@@ -456,8 +461,8 @@ def network_section(results: Results, surrogate: str) -> Section:
         first, last = history.iloc[0], history.iloc[-1]
         caption = (
             f"Learning curves over {len(history)} epochs. Validation MSE goes from {first.val_loss:.3g} to its lowest, "
-            f"{best.val_loss:.3g} µm² (MAE {best.val_mae:.3g} µm), at epoch {best.epoch:.0f}, whose weights are used; in "
-            f"the last epoch it is {last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
+            f"{best.val_loss:.3g} µm² (MAE {best.val_mae:.3g} µm), at epoch {best.epoch:.0f}, whose weights are used; "
+            f"in the last epoch it is {last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
         )
         if best.epoch == last.epoch and len(history) > 1:
             caption += " The lowest value is in the last epoch: more epochs may lower it further."
@@ -482,8 +487,8 @@ def coordinates_caption(results: Results, surrogate: str, slurry: str) -> str:
     overall = results.errors(surrogate).loc[slurry]
     worst = max(AXES, key=lambda axis: per_axis[axis].mse_um2)
     caption = (
-        f"R² is {' / '.join(f'{per_axis[axis].r2:.4f}' for axis in AXES)} on x / y / z. MSE is {overall.mse_um2:.3g} µm² "
-        f"over all axes, largest along {worst} ({per_axis[worst].mse_um2:.3g} µm²); rescaled to the true box it is "
+        f"R² is {' / '.join(f'{per_axis[axis].r2:.4f}' for axis in AXES)} on x / y / z. MSE is {overall.mse_um2:.3g} "
+        f"µm² over all axes, largest along {worst} ({per_axis[worst].mse_um2:.3g} µm²); rescaled to the true box it is "
         f"{overall.mse_um2_true_box:.3g} µm² over all axes."
     )
     if slurry in study.R2_PER_AXIS:
@@ -504,8 +509,8 @@ def picture_caption(results: Results, surrogate: str, slurry: str) -> str:
     change = np.cbrt(structure.volume / structure.dem_volume) - 1
     return (
         f"Target of the DEM, predicted structure wrapped into its periodic box, and relaxed structure, whose box is "
-        f"{abs(change):.2%} {'thicker' if change > 0 else 'thinner'} than the target's. Spheres are drawn at true size, "
-        "all panels at the same scale."
+        f"{abs(change):.2%} {'thicker' if change > 0 else 'thinner'} than the target's. Spheres are drawn at true "
+        "size, all panels at the same scale."
     )
 
 
@@ -539,9 +544,9 @@ def density_sentence(structures: pd.DataFrame) -> str:
     share = structures.share[worst]
     return (
         f"The mean absolute difference of density is {structures.difference.abs().mean():.3g} g/cm³, the largest "
-        f"{abs(structures.difference[worst]):.3g} g/cm³ (slurry {worst}, {abs(share):.1%} too "
-        f"{'dense' if share > 0 else 'loose'}); the study has {study_differences().abs().mean():.2f} and "
-        f"{study_differences().abs().max():.2f} g/cm³."
+        f"{abs(structures.difference[worst]):.3g} g/cm³ (slurry {worst}, {abs(share):.1%} "
+        f"{'denser' if share > 0 else 'less dense'} than its DEM); the study has "
+        f"{study_differences().abs().mean():.2f} and {study_differences().abs().max():.2f} g/cm³."
     )
 
 
@@ -591,13 +596,13 @@ def rdf_caption(results: Results, surrogate: str) -> str:
     for pair, of_pair in errors.groupby("pair", sort=False):
         worst = of_pair.loc[of_pair.mean_abs_difference.idxmax()]
         caption += (
-            f"For {'all particles' if pair == 'all' else pair} the relaxed curve is {span(of_pair.mean_abs_difference)} "
+            f"For {pair_name(pair)} the relaxed curve is {span(of_pair.mean_abs_difference)} "
             f"from the target on average, farthest for slurry {worst.slurry}. "
         )
     if not errors.empty and errors.r_max_um.min() < 0.99 * cutoff_um:
         caption += (
-            f"Curves end at {span(errors.r_max_um, '.2f', ' µm')} instead of {cutoff_um:g} µm, since distances beyond half "
-            "of the shortest box edge are not complete. "
+            f"Curves end at {span(errors.r_max_um, '.2f', ' µm')} instead of {cutoff_um:g} µm, since distances beyond "
+            "half of the shortest box edge are not complete. "
         )
     return caption + (
         "The study sees first peaks near 0.8 and 1.1 µm for all pairs, deviations at 0.3 to 0.9 µm for NiO-8YSZ, and "
@@ -616,7 +621,7 @@ def rdf_table(results: Results, surrogate: str) -> Table:
         values = [number(by_pair.get(pair)) for pair in pairs]
         rows.append([slurry, f"{first.r_max_um:.3f}", f"{first.bins:.0f}", *values])
     caption = "Mean absolute difference of the RDF of target and relaxed structure over all bins up to r max."
-    columns = ["Slurry", "r max (µm)", "Bins", *("all particles" if pair == "all" else pair for pair in pairs)]
+    columns = ["Slurry", "r max (µm)", "Bins", *map(pair_name, pairs)]
     return Table("Table S3", caption, columns, rows)
 
 
@@ -631,9 +636,9 @@ def prediction_section(results: Results, surrogate: str) -> Section:
     section.blocks += [
         Heading("Coordinates"),
         Text(
-            "Predicted against target coordinates of each particle, unwrapped, about the centre of the box, each structure "
-            "in its own box and with its mean shift removed; the lower panels show predicted less target. R² mostly says "
-            "how large the box is against the error, so the deviations and the MSE are what to compare."
+            "Predicted against target coordinates of each particle, unwrapped, about the centre of the box, each "
+            "structure in its own box and with its mean shift removed; the lower panels show predicted less target. R² "
+            "mostly says how large the box is against the error, so the deviations and the MSE are what to compare."
         ),
     ]
     for place, slurry in enumerate(compared):
@@ -705,8 +710,8 @@ def new_section(results: Results) -> Section | None:
         "Hybrid volume (µm³)",
     ]
     caption = (
-        "New slurries: the DEM stops at the last input frame and the surrogate takes over. There is no target, so there "
-        "are no errors."
+        "New slurries: the DEM stops at the last input frame and the surrogate takes over. There is no target, so "
+        "there are no errors."
     )
     text = Text("The radial distribution functions of predicted and relaxed structure are among the panels of Fig. 6.")
     return Section("New slurries", [Table("Table S4", caption, columns, rows, texts=(0, 1)), text, *pictures])
@@ -715,58 +720,34 @@ def new_section(results: Results) -> Section | None:
 def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) -> Section:
     """Fig. S3 and Tables S5, S6: what each slurry and each stage took."""
     section = Section("Cost")
+    length_s, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
     many = len(results.surrogates) > 1
     rows = [
         [
             f"{row.slurry} ({row.surrogate})" if many else row.slurry,
-            f"{row.particles:,}",
-            *(duration(getattr(row, stage)) for stage in HYBRID_PARTS),
-            duration(row.hybrid),
-            duration(row.dem),
-            duration(row.dem_to_equilibrium),
-            number(row.ratio, ".2f"),
-            number(row.ratio_to_equilibrium, ".2f"),
-            number(cpu_ratio, ".2f"),
+            *(number(getattr(row, stage) / length_s) for stage in HYBRID_PARTS),
+            *(number(seconds / length_s) for seconds in (row.hybrid, row.dem, row.dem_to_equilibrium)),
+            *(number(ratio, ".2f") for ratio in (row.ratio, row.ratio_to_equilibrium, cpu_ratio)),
         ]
         for row, cpu_ratio in zip(comparison.itertuples(), cpu.ratio, strict=True)
     ]
-    rows.append(
-        [
-            "Study",
-            "–",
-            *["–"] * len(HYBRID_PARTS),
-            f"about {study.HYBRID_MIN} min",
-            f"{study.FULL_DEM_MIN:,} min",
-            "–",
-            f"{study.FULL_DEM_MIN / study.HYBRID_MIN:.0f}",
-            "–",
-            "–",
-        ]
-    )
-    columns = [
-        "Slurry",
-        "Particles",
-        *(name[0].upper() + name[1:] for name in HYBRID_PARTS.values()),
-        "Hybrid",
-        "Full DEM",
-        "DEM to equilibrium",
-        "Full DEM / hybrid",
-        "To equilibrium / hybrid",
-        "Full DEM / hybrid, CPU time",
-    ]
+    columns = ["Slurry", "DEM to input", "Prediction", "Wrapping", "Relaxation", "Sum"]
+    columns += ["Whole run", "To equilibrium", "Whole run", "To equilibrium", "Whole run, CPU time"]
+    groups = [("", 1), (f"Hybrid ({unit})", 5), (f"Full DEM ({unit})", 2), ("Full DEM / hybrid", 3)]
     caption = (
-        "Wall time of each slurry, start-up of programs included. The study's row belongs to its own, larger scale and to "
-        "other machines; whether the DEM up to the input frames is inside its 30 min is not stated."
+        f"Wall time of each slurry in {unit}, start-up of programs included. The study, at its own, larger scale and "
+        f"on other machines: {study.FULL_DEM_MIN:,} min full DEM, about {study.HYBRID_MIN} min hybrid, "
+        f"{study.FULL_DEM_MIN / study.HYBRID_MIN:.0f} times; whether the DEM up to the input frames is inside the "
+        f"{study.HYBRID_MIN} min is not stated."
     )
     finite = comparison.dropna(subset=["ratio"])
     sentence = "No slurry was run both ways."
     if not finite.empty:
-        least, most = finite.loc[finite.ratio.idxmin()], finite.loc[finite.ratio.idxmax()]
         parts = finite[list(HYBRID_PARTS)].sum()
         sentence = (
-            f"The full DEM takes {least.ratio:.2g} (slurry {least.slurry}) to {most.ratio:.2g} (slurry {most.slurry}) "
-            f"times as long as the hybrid run; of the hybrid time, most goes into {HYBRID_PARTS[parts.idxmax()]} "
-            f"({parts.max() / parts.sum():.0%})."
+            f"The full DEM takes {span(finite.ratio, '.2g')} times as long as the hybrid run, most for slurry "
+            f"{finite.slurry[finite.ratio.idxmax()]}; of the hybrid time, {parts.max() / parts.sum():.0%} goes into "
+            f"{HYBRID_PARTS[parts.idxmax()]}, its largest part."
         )
         early = finite.ratio_to_equilibrium.dropna()
         if not early.empty:
@@ -782,10 +763,10 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
             results,
             f"costs_{surrogate}",
             "Fig. S3",
-            f"Wall time of the full DEM and of the hybrid run with its parts. {sentence} The study, at its own scale, has "
-            f"{study.FULL_DEM_MIN:,} min against about {study.HYBRID_MIN} min.",
+            f"Wall time of the full DEM and of the hybrid run with its parts. {sentence} The study, at its own scale, "
+            f"has {study.FULL_DEM_MIN:,} min against about {study.HYBRID_MIN} min.",
         )
-    section.blocks.append(Table("Table S5", caption, columns, rows))
+    section.blocks.append(Table("Table S5", caption, columns, rows, groups=groups))
     # run_slurry_to_input is a part of run_slurry
     stages = results.costs[results.costs.stage != "run_slurry_to_input"].groupby("stage", sort=False)
     rows = [
@@ -800,7 +781,7 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
         for stage, jobs in stages
     ]
     columns = ["Stage", "Jobs", "Wall time, summed", "CPU time, summed", "Longest job", "Peak memory (MB)"]
-    caption = "All jobs by stage. Jobs run side by side, so the sum of wall times is longer than the run."
+    caption = "All jobs by stage. Jobs can run side by side: the sum of wall times is not the length of the run."
     section.blocks.append(Table("Table S6", caption, columns, rows))
     return section
 

@@ -20,7 +20,12 @@ rule measure_equilibrium:
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
         thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
     output:
-        table=f"{RESULTS}/tables/equilibrium.csv",
+        table=report(
+            f"{RESULTS}/tables/equilibrium.csv",
+            caption="../report/equilibrium.rst",
+            category="Tables",
+            labels={"table": "equilibrium"},
+        ),
         cost=f"{RESULTS}/costs/measure_equilibrium.json",
     log:
         f"{RESULTS}/logs/measure_equilibrium.log",
@@ -44,7 +49,12 @@ rule measure_density:
         frames=expand(rules.extract_frames.output.frames, slurry=COMPLETE),
         relaxed=expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=PREDICTED),
     output:
-        table=f"{RESULTS}/tables/density_volume.csv",
+        table=report(
+            f"{RESULTS}/tables/density_volume.csv",
+            caption="../report/density_volume.rst",
+            category="Tables",
+            labels={"table": "density and volume"},
+        ),
         cost=f"{RESULTS}/costs/measure_density.json",
     log:
         f"{RESULTS}/logs/measure_density.log",
@@ -67,7 +77,12 @@ rule compare_coordinates:
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SURROGATES)),
     output:
-        table=f"{RESULTS}/tables/coordinate_errors.csv",
+        table=report(
+            f"{RESULTS}/tables/coordinate_errors.csv",
+            caption="../report/coordinate_errors.rst",
+            category="Tables",
+            labels={"table": "coordinate errors"},
+        ),
         cost=f"{RESULTS}/costs/compare_coordinates.json",
     log:
         f"{RESULTS}/logs/compare_coordinates.log",
@@ -117,7 +132,12 @@ rule compare_rdf:
         modules=modules("scripts/compare_rdf.py"),
         rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=HELD_OUT),
     output:
-        table=f"{RESULTS}/tables/rdf_errors.csv",
+        table=report(
+            f"{RESULTS}/tables/rdf_errors.csv",
+            caption="../report/rdf_errors.rst",
+            category="Tables",
+            labels={"table": "RDF differences"},
+        ),
         cost=f"{RESULTS}/costs/compare_rdf.json",
     log:
         f"{RESULTS}/logs/compare_rdf.log",
@@ -157,7 +177,12 @@ rule collect_costs:
         ],
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
     output:
-        table=f"{RESULTS}/tables/cost.csv",
+        table=report(
+            f"{RESULTS}/tables/cost.csv",
+            caption="../report/cost.rst",
+            category="Tables",
+            labels={"table": "cost"},
+        ),
     log:
         f"{RESULTS}/logs/collect_costs.log",
     benchmark:

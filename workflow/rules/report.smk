@@ -1,4 +1,15 @@
-"""Figures and the report, and what was run with which versions."""
+"""Figures and the report, and what was run with which versions.
+
+REQUIRED INPUTS:
+    tables/, rdf/, frames/, dem/{slurry}/thermo.csv, inputs.json, run.json
+    models/{surrogate}/, hybrid/{surrogate}/{slurry}/
+    config, as a whole: it is shown
+
+OUTPUTS:
+    config.yaml, versions.json
+    figures/*.png
+    report.html
+"""
 
 
 rule record_run:
@@ -18,4 +29,290 @@ rule record_run:
         config=section(config),
     shell:
         "python {input.script:q} --effective {params.config:q} --config {output.config:q} --versions {output.versions:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule draw_rules:
+    input:
+        snakefile="Snakefile",
+        rules=expand("workflow/rules/{part}.smk", part=["configuration", "dem", "dataset", "surrogate", "hybrid", "analysis", "report"]),
+        config=rules.record_run.output.config,
+    output:
+        rulegraph=f"{RESULTS}/figures/rulegraph.dot",
+    log:
+        f"{RESULTS}/logs/draw_rules.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/draw_rules.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "snakemake --rulegraph --configfile {input.config:q} > {output.rulegraph:q} 2> {log:q}"
+
+
+rule plot_workflow:
+    input:
+        script="scripts/plot_workflow.py",
+        modules=modules("scripts/plot_workflow.py"),
+        rulegraph=rules.draw_rules.output.rulegraph,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/workflow.png",
+            caption="../report/rules.rst",
+            category="Workflow",
+            labels={"figure": "rules"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_workflow.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_workflow.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --rulegraph {input.rulegraph:q} --hide all record_run draw_rules plot_workflow"
+        " --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_densification:
+    input:
+        script="scripts/plot_densification.py",
+        modules=modules("scripts/plot_densification.py"),
+        thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/densification.png",
+            caption="../report/densification.rst",
+            category="DEM",
+            labels={"figure": "densification"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_densification.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_densification.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        slurries=list(SLURRIES),
+        input_frames=INPUT_FRAMES,
+        frame_interval_us=FRAME_STEPS * config["dem"]["timestep_us"],
+    shell:
+        "python {input.script:q} --slurries {params.slurries:q} --thermo {input.thermo:q}"
+        " --equilibrium {input.equilibrium:q} --input-frames {params.input_frames}"
+        " --frame-interval-us {params.frame_interval_us} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_learning_curves:
+    input:
+        script="scripts/plot_learning_curves.py",
+        modules=modules("scripts/plot_learning_curves.py"),
+        history=f"{RESULTS}/models/{{surrogate}}/history.csv",
+    output:
+        figure=report(
+            f"{RESULTS}/figures/learning_curves_{{surrogate}}.png",
+            caption="../report/learning_curves.rst",
+            category="Learning",
+            labels={"surrogate": "{surrogate}", "figure": "learning curves"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_learning_curves/{{surrogate}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_learning_curves/{{surrogate}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --history {input.history:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_coordinates:
+    input:
+        script="scripts/plot_coordinates.py",
+        modules=modules("scripts/plot_coordinates.py"),
+        predicted=rules.predict_slurry.output.predicted,
+        frames=rules.extract_frames.output.frames,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/coordinates_{{surrogate}}_{{slurry}}.png",
+            caption="../report/coordinates.rst",
+            category="Coordinates",
+            labels={"surrogate": "{surrogate}", "slurry": "{slurry}"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_coordinates/{{surrogate}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_coordinates/{{surrogate}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+        " --target-frame {params.target_frame} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule render_slurry:
+    input:
+        script="scripts/render_slurry.py",
+        modules=modules("scripts/render_slurry.py"),
+        predicted=rules.predict_slurry.output.predicted,
+        relaxed=rules.relax_slurry.output.relaxed,
+        frames=lambda wildcards: (
+            expand(rules.extract_frames.output.frames, slurry=wildcards.slurry) if wildcards.slurry in HELD_OUT else []
+        ),
+    output:
+        figure=report(
+            f"{RESULTS}/figures/slurry_{{surrogate}}_{{slurry}}.png",
+            caption="../report/slurry.rst",
+            category="Pictures",
+            labels={"surrogate": "{surrogate}", "slurry": "{slurry}"},
+        ),
+    log:
+        f"{RESULTS}/logs/render_slurry/{{surrogate}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/render_slurry/{{surrogate}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target=lambda wildcards, input: (
+            ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else []
+        ),
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q} {params.target:q}"
+        " --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_density:
+    input:
+        script="scripts/plot_density.py",
+        modules=modules("scripts/plot_density.py"),
+        density=rules.measure_density.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/density_{{surrogate}}.png",
+            caption="../report/density.rst",
+            category="Density",
+            labels={"surrogate": "{surrogate}", "figure": "density and volume"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_density/{{surrogate}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_density/{{surrogate}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        slurries=PREDICTED,
+    shell:
+        "python {input.script:q} --density {input.density:q} --surrogate {wildcards.surrogate:q}"
+        " --slurries {params.slurries:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_rdf:
+    input:
+        script="scripts/plot_rdf.py",
+        modules=modules("scripts/plot_rdf.py"),
+        rdf=expand(rules.compute_rdf.output.rdf, surrogate="{surrogate}", slurry=PREDICTED),
+        rdf_errors=rules.compare_rdf.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/rdf_{{surrogate}}.png",
+            caption="../report/rdf.rst",
+            category="Structure",
+            labels={"surrogate": "{surrogate}", "figure": "radial distribution functions"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_rdf/{{surrogate}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_rdf/{{surrogate}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        slurries=PREDICTED,
+    shell:
+        "python {input.script:q} --slurries {params.slurries:q} --rdf {input.rdf:q} --rdf-errors {input.rdf_errors:q}"
+        " --surrogate {wildcards.surrogate:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_costs:
+    input:
+        script="scripts/plot_costs.py",
+        modules=modules("scripts/plot_costs.py"),
+        cost=rules.collect_costs.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+    output:
+        figure=report(
+            f"{RESULTS}/figures/costs_{{surrogate}}.png",
+            caption="../report/costs.rst",
+            category="Cost",
+            labels={"surrogate": "{surrogate}", "figure": "cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_costs/{{surrogate}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_costs/{{surrogate}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
+        " --run-json {input.runs:q} --surrogate {wildcards.surrogate:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+def figures(wildcards):
+    """All figures of the report."""
+    pictures = rules.render_slurry.output.figure if config["report"]["pictures"] else []
+    of_surrogates = [
+        rules.plot_learning_curves.output.figure,
+        rules.plot_density.output.figure,
+        rules.plot_rdf.output.figure,
+        rules.plot_costs.output.figure,
+    ]
+    return [
+        rules.plot_workflow.output.figure,
+        rules.plot_densification.output.figure,
+        *expand(of_surrogates, surrogate=SURROGATES),
+        *expand(rules.plot_coordinates.output.figure, surrogate=SURROGATES, slurry=HELD_OUT),
+        *expand(pictures, surrogate=SURROGATES, slurry=PREDICTED),
+    ]
+
+
+rule write_report:
+    input:
+        script="scripts/write_report.py",
+        modules=modules("scripts/write_report.py"),
+        template="scripts/slurrycast/report.html.jinja",
+        config=rules.record_run.output.config,
+        versions=rules.record_run.output.versions,
+        inputs=expand(rules.generate_inputs.output.inputs, slurry=SLURRIES),
+        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        density=rules.measure_density.output.table,
+        coordinate_errors=rules.compare_coordinates.output.table,
+        rdf_errors=rules.compare_rdf.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+        cost=rules.collect_costs.output.table,
+        models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=SURROGATES),
+        histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=SURROGATES),
+        figures=figures,
+    output:
+        report=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
+    log:
+        f"{RESULTS}/logs/write_report.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/write_report.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        surrogates=SURROGATES,
+    shell:
+        "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
+        " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
+        " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
+        " --surrogates {params.surrogates:q} --models {input.models:q} --histories {input.histories:q}"
+        " --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"

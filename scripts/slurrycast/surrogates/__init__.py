@@ -4,7 +4,8 @@ A new one is a module and a line in the registry below. A surrogate is a module 
 
     NAME        as in the configuration and in paths
     LOOKS_AT    what its prediction for a particle may depend on, in words for the report
-    BOX_RULE    how the final box follows from its prediction: "scale_of_prediction"
+    BOX_RULE    which rule gives the final box: "scale_of_prediction" (least-squares scale between predicted and last
+                input coordinates) or "mean_packing_fraction" (that of the training slurries)
     fit(training_set, settings, model_path, history_path, work_directory) -> dict
                 trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); settings hold `seed` and
                 the surrogate's section of the configuration; returns earlier_wall_s and earlier_cpu_s, what attempts

@@ -1,0 +1,40 @@
+# Two commands from a fresh clone: `make demo` runs the whole workflow at demo scale, `make test` all tests.
+# Everything they need goes into .venv; nothing else on the machine is touched.
+
+PYTHON ?= python3
+CORES ?= 2
+BIN := .venv/bin
+
+.PHONY: demo test lint clean-venv
+
+demo: .venv/installed
+	$(BIN)/snakemake --cores $(CORES)
+
+test: .venv/installed-test
+	$(BIN)/python -m pytest
+
+lint: .venv/installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakemake --lint
+	for scale in config tiny reduced full; do \
+		$(BIN)/snakemake --cores $(CORES) --configfile config/$$scale.yaml --dry-run --quiet all || exit 1; \
+	done
+
+.venv/installed: envs/requirements.txt envs/constraints.txt
+	@command -v $(PYTHON) >/dev/null || { \
+		echo "error: $(PYTHON) is not on PATH; Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
+		echo "error: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; \
+		exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements.txt
+	@touch $@
+
+.venv/installed-test: .venv/installed envs/requirements-test.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-test.txt
+	@touch $@
+
+clean-venv:
+	rm -rf .venv

@@ -1,0 +1,326 @@
+"""The report from small tables: numbers, sentences and a file that loads nothing from elsewhere."""
+
+import json
+import zipfile
+from html.parser import HTMLParser
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imsave
+
+from slurrycast import study
+from slurrycast.files import InputError
+from slurrycast.network_table import read_network
+from slurrycast.report import Results, duration, listed, report_html, span, study_differences, warnings
+from slurrycast.speedup import compare_costs, share_until, time_unit
+
+VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
+
+CONFIG = {
+    "run": {"name": "unit"},
+    "formulation": {
+        "expected_density_g_cm3": 2.24,
+        "unit_mass_pg": 100.0,
+        "phases": {
+            "NiO": {
+                "mass_fraction": 0.6,
+                "density_g_cm3": 6.67,
+                "size_classes": [{"diameter_um": 0.6, "number_fraction": 1.0}],
+            },
+            "BDPD": {
+                "mass_fraction": 0.4,
+                "density_g_cm3": 0.8,
+                "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
+            },
+        },
+    },
+    "dem": {
+        "timestep_us": 0.002,
+        "steps": 1200,
+        "frames": 121,
+        "pressure_kpa": 101.325,
+        "pressure_damping_us": 2e4,
+        "temperature_k": 300,
+        "ranks": 1,
+    },
+    "learning": {"input_frames": [7, 8, 9, 10], "target_frame": 120},
+    "surrogate": {"names": ["net"], "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4}},
+    "relaxation": {"steps": 50},
+    "analysis": {"rdf_cutoff_um": 7.0, "rdf_bins": 120},
+}
+
+
+class Page(HTMLParser):
+    """Checks the nesting of tags and collects text and addresses."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.text, self.addresses, self.images = [], [], [], 0
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in VOID_TAGS:
+            self.open.append(tag)
+        self.images += tag == "img"
+        self.addresses += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def read_page(html: str) -> Page:
+    page = Page()
+    page.feed(html)
+    page.close()
+    assert page.open == []
+    return page
+
+
+@pytest.fixture
+def model(tmp_path):
+    """A .keras file with one convolution and one dense layer."""
+    layers = [
+        ("InputLayer", {"batch_shape": [None, 3, 2]}),
+        (
+            "Conv1D",
+            {
+                "filters": 5,
+                "kernel_size": [3],
+                "strides": [1],
+                "padding": "same",
+                "use_bias": True,
+                "activation": "relu",
+            },
+        ),
+        ("MaxPooling1D", {"pool_size": [2], "strides": [2], "padding": "same"}),
+        ("Flatten", {}),
+        ("Dense", {"units": 3, "activation": "linear", "use_bias": True}),
+        ("Unknown", {}),
+    ]
+    path = tmp_path / "model.keras"
+    weights = tmp_path / "weights.h5"
+    with h5py.File(weights, "w") as file:
+        file["layers/conv1d/vars/0"] = np.zeros((3, 2, 5))
+        file["layers/conv1d/vars/1"] = np.zeros(5)
+        file["layers/dense/vars/0"] = np.zeros((10, 3))
+        file["layers/dense/vars/1"] = np.zeros(3)
+        file["optimizer/vars/0"] = np.zeros(999)
+    with zipfile.ZipFile(path, "w") as archive:
+        config = {"config": {"layers": [{"class_name": kind, "config": settings} for kind, settings in layers]}}
+        archive.writestr("config.json", json.dumps(config))
+        archive.write(weights, "model.weights.h5")
+    return path
+
+
+@pytest.fixture
+def results(tmp_path, model) -> Results:
+    """A run with one training slurry, two held out, of which "6" is the worst, and a new one."""
+    roles = {"T1": "train", "2": "test", "6": "test", "N1": "new"}
+    equilibrium = pd.DataFrame(
+        {
+            "slurry": list(roles),
+            "role": list(roles.values()),
+            "mass_units": [1.0, 1.0, 5.0, 1.0],
+            "thickness_ratio": 2.0,
+            "particles": [100, 100, 500, 100],
+            "density_g_cm3": [2.24, 2.24, 2.1, 1.0],
+            "mean_contacts": 6.0,
+            "density_drift": [0.0001, 0.0002, 0.01, np.nan],
+            "time_to_equilibrium_us": [1.2, 1.2, 2.3, np.nan],
+            "run_time_us": [2.4, 2.4, 2.4, 0.2],
+            "warning": ["", "", "density drifts by <1 %> & more", ""],
+        }
+    )
+    density = pd.DataFrame(
+        [
+            ("-", "T1", "DEM", 2.24, 44.6),
+            ("-", "2", "DEM", 2.24, 44.6),
+            ("-", "6", "DEM", 2.1, 238.1),
+            ("net", "2", "hybrid", 2.2512, 44.4),
+            ("net", "6", "hybrid", 2.31, 216.4),
+            ("net", "N1", "hybrid", 2.2345, 44.7),
+        ],
+        columns=["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"],
+    )
+    measures = ("mse_um2", "mae_um", "r2")
+    coordinate_errors = pd.DataFrame(
+        [
+            ("net", slurry, axis, mse, 0.25, r2, 0.5 * mse, 0.2, r2)
+            for slurry, mse, r2 in (("2", 0.1234, 0.9876), ("6", 0.4321, 0.9543))
+            for axis in ("x", "y", "z", "all")
+        ],
+        columns=["surrogate", "slurry", "axis", *measures, *(f"{name}_true_box" for name in measures)],
+    )
+    rdf_errors = pd.DataFrame(
+        [("net", slurry, pair, 2.1, 36, 0.0217) for slurry in ("2", "6") for pair in ("all", "NiO-8YSZ")],
+        columns=["surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference"],
+    )
+    costs = [("train_surrogate", "net", "-", 30.0)]
+    for slurry, role in roles.items():
+        costs += [
+            ("run_slurry", "-", slurry, 100.0 if role != "new" else 10.0),
+            ("run_slurry_to_input", "-", slurry, 5.0),
+        ]
+        if role != "train":
+            hybrid = (("predict_slurry", 2.0), ("wrap_slurry", 1.0), ("relax_slurry", 12.0))
+            costs += [(stage, "net", slurry, wall_s) for stage, wall_s in hybrid]
+    costs = pd.DataFrame(costs, columns=["stage", "surrogate", "slurry", "wall_s"])
+    costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0)
+    segments = [{"step_start": 0, "step_end": 600, "wall_s": 20.0, "cpu_s": 20.0}]
+    segments += [{"step_start": 600, "step_end": 1200, "wall_s": 80.0, "cpu_s": 80.0}]
+    figures = {}
+    for stem in ("workflow", "learning_curves_net", "coordinates_net_2", "slurry_net_N1", "rdf_net", "costs_net"):
+        figures[stem] = tmp_path / f"{stem}.png"
+        imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
+    history = pd.DataFrame(
+        {
+            "epoch": [1, 2, 3],
+            "loss": [3, 1, 0.4],
+            "mae": [2, 1, 0.5],
+            "val_loss": [2.5, 0.9, 1],
+            "val_mae": [1.5, 0.8, 0.9],
+        }
+    )
+    return Results(
+        config=CONFIG,
+        config_text="run: {name: unit}",
+        versions={"python": "3.11.7", "packages": {"keras": "3.15.1"}},
+        inputs={slurry: {"mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399}} for slurry in roles},
+        runs={slurry: {"segments": segments, "lammps_version": "22 Jul 2025"} for slurry in roles},
+        density=density,
+        coordinate_errors=coordinate_errors,
+        rdf_errors=rdf_errors,
+        equilibrium=equilibrium,
+        costs=costs,
+        histories={"net": history},
+        networks={"net": read_network(model)},
+        figures=figures,
+    )
+
+
+def test_network_is_read_from_the_model_file(model):
+    network = read_network(model)
+    shapes = [layer.output_shape for layer in network.layers]
+    assert shapes == [(3, 2), (3, 5), (2, 5), (10,), (3,), None]
+    assert [layer.parameters for layer in network.layers] == [0, 35, 0, 0, 33, None]
+    assert network.parameters == 68
+
+
+def test_a_file_that_is_no_model_is_refused(tmp_path):
+    path = tmp_path / "model.keras"
+    path.write_text("not a zip")
+    with pytest.raises(InputError, match=r"model\.keras"):
+        read_network(path)
+
+
+def test_costs_are_compared_slurry_by_slurry(results):
+    comparison = compare_costs(results.costs, results.equilibrium, results.runs).set_index("slurry")
+    assert list(comparison.index) == ["2", "6", "N1"]
+    assert comparison.hybrid["2"] == 5 + 2 + 1 + 12
+    assert comparison.ratio["2"] == 100 / 20
+    # half of the steps, but a fifth of the time; slurry 6 did not reach equilibrium
+    assert comparison.dem_to_equilibrium["2"] == pytest.approx(20)
+    assert np.isnan(comparison.dem_to_equilibrium["6"])
+    assert np.isnan(comparison.ratio["N1"])
+
+
+@pytest.mark.parametrize(("time_us", "share"), [(0.0, 0.0), (0.6, 0.1), (1.2, 0.2), (1.8, 0.6), (2.4, 1.0)])
+def test_share_of_a_run_counts_cut_segments_by_their_steps(results, time_us, share):
+    assert share_until(results.runs["2"], time_us, 2.4) == pytest.approx(share)
+
+
+def test_report_holds_the_numbers_and_loads_nothing(results):
+    page = read_page(report_html(results))
+    text = " ".join("".join(page.text).split())
+    for expected in ("2.2512", "2.2345", "0.123", "0.9876", "0.0217", "23,803,139", "2.1000", "0.6010"):
+        assert expected in text, expected
+    theirs = study.COORDINATE_ERRORS["6"], study.HYBRID_STRUCTURE["6"]
+    for expected in (
+        str(theirs[0].mse_um2),
+        str(theirs[0].r2),
+        f"{theirs[1].density_g_cm3:.4f}",
+        "16,443",
+        "1,230 min",
+    ):
+        assert expected in text, expected
+    assert all(address.startswith(("#", "data:image/")) for address in page.addresses)
+    assert page.images == len(results.figures)
+
+
+def test_report_escapes_what_it_is_given(results):
+    html = report_html(results)
+    assert "<1 %>" not in html
+    assert "density drifts by <1 %> & more" in "".join(read_page(html).text)
+
+
+def test_sentences_name_the_right_slurries(results):
+    text = " ".join("".join(read_page(report_html(results)).text).split())
+    assert "the largest 0.21 g/cm³ (slurry 6, 10.0% denser than its DEM)" in text
+    assert "MSE is lowest for slurry 2 and highest for slurry 6" in text
+    assert "at epoch 2, whose weights are used" in text
+    assert "Not in equilibrium at its end: slurry 6" not in text  # no such figure in this run
+    assert "The full DEM takes 5 times as long as the hybrid run" in text
+    assert "60% goes into relaxation" in text
+
+
+def test_warnings_come_from_the_data(results):
+    notices = warnings(results)
+    assert notices[0] == "Slurry 6: density drifts by <1 %> & more."
+    assert "2.100 g/cm³" in notices[1]
+    assert "larger than anything trained on (at most 1 units)" in notices[2]
+    assert len(notices) == 3
+
+
+def test_a_sound_run_has_no_warnings(results):
+    keep = ["T1", "2", "N1"]
+    tables = {
+        name: getattr(results, name)[getattr(results, name).slurry.isin([*keep, "-"])]
+        for name in ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs")
+    }
+    sound = Results(**{**vars(results), **tables})
+    assert warnings(sound) == []
+    assert "No warnings" in "".join(read_page(report_html(sound)).text)
+
+
+def test_a_run_with_new_slurries_only(results):
+    keep = ["T1", "N1"]
+    tables = {
+        name: getattr(results, name)[getattr(results, name).slurry.isin([*keep, "-"])]
+        for name in ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs")
+    }
+    text = "".join(read_page(report_html(Results(**{**vars(results), **tables}))).text)
+    assert "No slurry of this run has a target to compare with" in text
+    assert "2.2345" in text
+
+
+def test_a_model_trained_elsewhere_is_said(results):
+    foreign = Results(**{**vars(results), "histories": {"net": results.histories["net"].iloc[:0]}})
+    text = "".join(read_page(report_html(foreign)).text)
+    assert "Surrogate net was trained elsewhere" in text
+    assert "Epochs, net" not in text
+
+
+def test_study_differences_are_the_published_ones():
+    differences = study_differences()
+    assert differences.abs().mean() == pytest.approx(0.15, abs=0.005)
+    assert differences.abs().idxmax() == "6"
+    assert differences["6"] == pytest.approx(0.54, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.5, "0.5 s"), (89, "89 s"), (90, "1.5 min"), (5400, "1.5 h"), (np.nan, "–"), (None, "–")]
+)
+def test_durations(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_words():
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert span(pd.Series([1.0, 2.5]), "g", " µs") == "1 to 2.5 µs"
+    assert span(pd.Series([2.0, 2.0])) == "2"
+    assert [time_unit(seconds)[1] for seconds in (10, 1000, 20000)] == ["s", "min", "h"]

@@ -1,0 +1,191 @@
+"""The whole workflow at tiny scale, with real LAMMPS and real Keras, in a checkout whose path has spaces."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import h5py
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+PARTS = ("Snakefile", "config", "envs", "profiles", "scripts", "workflow")
+SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "N1": "new"}
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory) -> Path:
+    """A copy of what the workflow consists of."""
+    root, copy = Path(__file__).resolve().parents[2], tmp_path_factory.mktemp("a clean checkout")
+    for part in PARTS:
+        source = root / part
+        if source.is_dir():
+            shutil.copytree(source, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, copy / part)
+    return copy
+
+
+def snakemake(project: Path, *arguments: str, scale: str = "tiny", check: bool = True) -> str:
+    """Run Snakemake as a user does, without an activated environment; return all that it prints."""
+    program = Path(sys.executable).with_name("snakemake")
+    command = [program, *arguments, "--cores", "2", "--configfile", f"config/{scale}.yaml"]
+    environment = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "DISPLAY")}
+    done = subprocess.run(
+        command, cwd=project, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    if check:
+        assert done.returncode == 0, done.stdout[-5000:]
+    else:
+        assert done.returncode != 0
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def results(project) -> Path:
+    """Results of the tiny configuration."""
+    snakemake(project)
+    return project / "results" / "tiny"
+
+
+def test_contract(results):
+    """Every file that other tools rely on is there, and no work folder or dump is left."""
+    expected = ["config.yaml", "versions.json", "report.html", "dataset/training.h5"]
+    expected += [f"dem/{slurry}/frame_{k}.restart" for slurry in SLURRIES for k in (7, 8, 9, 10)]
+    expected += [f"frames/{slurry}.h5" for slurry in SLURRIES]
+    expected += ["models/vgg16/model.keras", "models/vgg16/history.csv"]
+    expected += [
+        f"hybrid/vgg16/{slurry}/{name}"
+        for slurry in ("1", "2", "N1")
+        for name in ("predicted.h5", "wrapped.data", "relaxed.data")
+    ]
+    assert [name for name in expected if not (results / name).is_file()] == []
+    assert [path for path in results.rglob("*") if path.name in ("work", "dump.lammpstrj")] == []
+
+
+def test_frames(results):
+    """Complete slurries have 121 frames, a new one ends at its last input frame; all at the steps asked for."""
+    for slurry, role in SLURRIES.items():
+        with h5py.File(results / "frames" / f"{slurry}.h5") as file:
+            steps = file["particles/slurry/position/step"][:]
+            np.testing.assert_array_equal(steps, 200 * np.arange(11 if role == "new" else 121))
+
+
+def test_tables(results):
+    columns = {
+        "density_volume": ["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"],
+        "coordinate_errors": [
+            *("surrogate", "slurry", "axis", "mse_um2", "mae_um", "r2"),
+            *("mse_um2_true_box", "mae_um_true_box", "r2_true_box"),
+        ],
+        "rdf_errors": ["surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference"],
+        "cost": ["stage", "surrogate", "slurry", "particles", "steps", "wall_s", "cpu_s", "max_rss_mb"],
+    }
+    tables = {name: pd.read_csv(results / "tables" / f"{name}.csv", dtype={"slurry": str}) for name in columns}
+    assert {name: list(table.columns) for name, table in tables.items()} == columns
+
+    density = tables["density_volume"]
+    dem = density[density.model == "DEM"]
+    assert set(dem.slurry) == {slurry for slurry, role in SLURRIES.items() if role != "new"}
+    assert set(dem.surrogate) == {"-"}
+    assert dem.density_g_cm3.between(2.1, 2.35).all()
+    assert set(density[density.model == "hybrid"].slurry) == {"1", "2", "N1"}
+
+    errors = tables["coordinate_errors"]
+    assert set(zip(errors.slurry, errors.axis, strict=True)) == {(s, a) for s in "12" for a in ("x", "y", "z", "all")}
+    axes = errors[errors.axis != "all"].groupby("slurry").mse_um2.mean()
+    np.testing.assert_allclose(axes, errors[errors.axis == "all"].set_index("slurry").mse_um2, rtol=1e-6)
+    assert set(zip(tables["rdf_errors"].slurry, tables["rdf_errors"].pair, strict=True)) == {
+        (s, p) for s in "12" for p in ("all", "NiO-8YSZ")
+    }
+    cost = tables["cost"]
+    assert (cost.wall_s > 0).all()
+    full = cost[cost.stage == "run_slurry"].set_index("slurry").wall_s
+    part = cost[cost.stage == "run_slurry_to_input"].set_index("slurry").wall_s
+    assert (part < full[part.index]).all()
+
+
+def test_figures(results):
+    """Every figure is there and shows something."""
+    figures = {path.name for path in (results / "figures").glob("*.png")}
+    expected = {"workflow", "densification", "learning_curves_vgg16", "density_vgg16", "rdf_vgg16", "costs_vgg16"}
+    expected |= {f"coordinates_vgg16_{slurry}" for slurry in "12"}
+    assert figures == {f"{name}.png" for name in expected}  # 3D pictures are off at this scale
+    for name in figures:
+        assert matplotlib.image.imread(results / "figures" / name)[..., :3].std() > 0.02, name
+
+
+def test_report(results):
+    """The report opens without a network and shows the numbers of the tables."""
+    text = (results / "report.html").read_text(encoding="utf-8")
+    loads = []
+
+    class Loads(HTMLParser):
+        def handle_starttag(self, tag, attributes):
+            loads.extend(value for name, value in attributes if name == "src" or (tag == "link" and name == "href"))
+
+    Loads().feed(text)
+    assert loads
+    assert all(value.startswith("data:") for value in loads)
+    density = pd.read_csv(results / "tables" / "density_volume.csv", dtype={"slurry": str})
+    for value in density[density.slurry == "1"].density_g_cm3:
+        assert f"{value:.4f}" in text
+
+
+def test_versions(results):
+    versions = json.loads((results / "versions.json").read_text())
+    assert {"lammps", "keras", "snakemake", "MDAnalysis"} <= set(versions["packages"])
+
+
+def test_nothing_to_do_on_the_second_run(project, results):
+    assert "Nothing to be done" in snakemake(project)
+
+
+def test_analysis_code_reruns_analysis_only(project, results):
+    """An edited module reruns the rules that use it and what follows from them, never a DEM."""
+    module = project / "scripts" / "slurrycast" / "rdf.py"
+    text = module.read_text()
+    module.write_text(text + "\n# edited\n")
+    try:
+        plan = snakemake(project, "--dry-run")
+    finally:
+        module.write_text(text)
+    rules = set(re.findall(r"^(?:local)?rule (\w+):", plan, re.MULTILINE))
+    assert "compute_rdf" in rules
+    assert not rules & {"generate_inputs", "run_slurry", "extract_frames", "train_surrogate", "relax_slurry"}
+
+
+def test_changed_physics_is_refused(project, results):
+    before = (results / "dem" / "T1" / "run.json").stat().st_mtime_ns
+    config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
+    config["dem"]["timestep_us"] = 0.001
+    (project / "config" / "finer.yaml").write_text(yaml.safe_dump(config))
+    said = snakemake(project, scale="finer", check=False)
+    assert re.search(r"results/tiny: the DEM of slurry \w+ was run with dem.timestep_us = 0.002", said)
+    assert "choose another run.name" in said
+    assert (results / "dem" / "T1" / "run.json").stat().st_mtime_ns == before
+
+
+def test_new_slurry_with_a_trained_model(project, results):
+    """What the surrogate is for: one unknown slurry, a model that exists, no training and no full DEM."""
+    (project / "config" / "one.tsv").write_text("id\trole\tmass_units\tthickness_ratio\tseed\nX\tnew\t1\t1.0\t7\n")
+    config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
+    config["run"]["name"], config["slurries"] = "one", "config/one.tsv"
+    config["surrogate"]["model"] = "results/tiny/models/vgg16/model.keras"
+    (project / "config" / "one.yaml").write_text(yaml.safe_dump(config))
+    said = snakemake(project, scale="one")
+    assert "train_surrogate" not in said
+    one = project / "results" / "one"
+    density = pd.read_csv(one / "tables" / "density_volume.csv")
+    assert list(density.model) == ["hybrid"]
+    assert 2.0 < density.density_g_cm3[0] < 2.4
+    assert (one / "report.html").is_file()
+    assert pd.read_csv(one / "tables" / "coordinate_errors.csv").empty
