@@ -1,8 +1,9 @@
 """Put the frames of a slurry's LAMMPS dump into a compact HDF5 file (H5MD layout) and check it against the dump.
 
 In: the dump (um), and the JSON files of generate_inputs.py and run_slurry.py, which say what the dump has to hold.
-Out: particles (id, phase, size class, radius, mass), unwrapped and scaled unwrapped coordinates in float64, coordination
-numbers and the box of each frame, with units as attributes and the physics, seeds and LAMMPS version as provenance.
+Out: particles (id, phase, size class, radius, mass), unwrapped and scaled unwrapped coordinates in float64,
+coordination numbers and the box of each frame, with units as attributes, and physics, seeds and LAMMPS version as
+provenance.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Plot the density of every slurry against time in the DEM, and when each reaches equilibrium.
 
 In:  thermo.csv of each slurry (columns time_us, density_g_cm3), in the order of --slurries; equilibrium.csv (columns
-     slurry, role, mass_units, time_to_equilibrium_us).
-Out: PNG; the input frames of the surrogate are marked as a band.
+     slurry, role, mass_units, time_to_equilibrium_us, warning).
+Out: PNG; the input frames of the surrogate are marked as a band, and equilibrium where no warning doubts it.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.figures import INK, PREDICTED, new_figure, save_figure
 from slurrycast.files import run_main
+from slurrycast.speedup import read_equilibrium
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white
@@ -37,7 +38,7 @@ def draw_densification(
         row = equilibrium.loc[slurry]
         colour = SIZES(scale(row.mass_units))
         axes.plot(curve.time_us, curve.density_g_cm3, ROLE_LINES[row.role], color=colour, lw=1.4)
-        if pd.notna(row.time_to_equilibrium_us):
+        if pd.notna(row.time_to_equilibrium_us) and not row.warning:
             density = np.interp(row.time_to_equilibrium_us, curve.time_us, curve.density_g_cm3)
             axes.plot(row.time_to_equilibrium_us, density, "o", color=colour, mec=INK, ms=6, zorder=3)
     axes.axvspan(min(input_times_us), max(input_times_us), color=PREDICTED, alpha=0.18, lw=0)
@@ -83,7 +84,7 @@ def main() -> None:
     """Read the curves and draw them."""
     args = parse_args()
     thermo = {slurry: pd.read_csv(path) for slurry, path in zip(args.slurries, args.thermo, strict=True)}
-    equilibrium = pd.read_csv(args.equilibrium, dtype={"slurry": str}).set_index("slurry")
+    equilibrium = read_equilibrium(args.equilibrium).set_index("slurry")
     input_times_us = [frame * args.frame_interval_us for frame in args.input_frames]
     save_figure(draw_densification(thermo, equilibrium, input_times_us), args.figure)
 

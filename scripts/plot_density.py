@@ -50,7 +50,7 @@ def draw_density(densities: pd.DataFrame, slurries: list[str], surrogate: str) -
     axes.set_xlim(-0.6, len(slurries) - 0.4)
     axes.margins(y=0.12)
     axes.grid(axis="x", visible=False)
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4, columnspacing=1.2, handletextpad=0.3)
+    figure.legend(loc="outside upper left", ncols=4 if len(slurries) > 6 else 2, columnspacing=1.2, handletextpad=0.3)
     return figure
 
 

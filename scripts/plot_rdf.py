@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -36,9 +37,14 @@ def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, st
     columns = min(COLUMNS, len(slurries))
     blocks = -(-len(slurries) // columns)
     figure = new_figure(max(5.5, 2.9 * columns + 0.4), 2.1 * blocks * len(pairs) + 0.6)
-    grid = figure.subplots(blocks * len(pairs), columns, squeeze=False, sharex=True, sharey="row")
+    grid = figure.subplots(blocks * len(pairs), columns, squeeze=False, sharex=True)
     for axes in grid.flat:
         axes.set_visible(False)
+    # Overlapping particles can give the predicted curve spikes near r = 0: it may leave the panel, the others do not.
+    highest = {
+        pair: 1.12 * max(np.nanmax(curves.loc[curves.pair == pair, ["g_dem", "g_relaxed"]]) for curves in rdf.values())
+        for pair in pairs
+    }
     farthest_um = max(curves.r_um.max() for curves in rdf.values())
     for place, (slurry, curves) in enumerate(rdf.items()):
         block, column = divmod(place, columns)
@@ -54,7 +60,7 @@ def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, st
                 text = f"mean |Δg| {differences[slurry, pair]:.3f}\n{text}"
             axes.text(0.97, 0.95, text, transform=axes.transAxes, ha="right", va="top", fontsize=8.5)
             axes.set_xlim(0, farthest_um)
-            axes.set_ylim(0, None)
+            axes.set_ylim(0, highest[pair])
             if row == 0:
                 axes.set_title(slurry_label(slurry))
             if column == 0:

@@ -1,7 +1,7 @@
 """Record what a run was asked for and with which versions it was done.
 
 In: the effective configuration as JSON.
-Out: the same as YAML, and the versions of Python, of the packages that matter and of this workflow (git commit) as JSON.
+Out: the same as YAML; versions of Python, of the packages that matter and of this workflow (git commit) as JSON.
 """
 
 import argparse

@@ -67,7 +67,7 @@ def main() -> None:
                 ("push_off.lmp", args.push_off),
             ):
                 shutil.copyfile(source, work / name)
-            progress = Progress(f"{slurry} relaxation", 0, steps, lambda line: print(line, flush=True))
+            progress = Progress(f"{slurry} relaxation", 0, steps, print)
             run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
             run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
             (dump,) = read_dump(work / "relaxed.dump")

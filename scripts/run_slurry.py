@@ -123,7 +123,7 @@ def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launc
         done = [0]
     elif done[-1]:
         print(f"[{name}] goes on from step {done[-1]} of {steps[-1]}")
-    progress = Progress(name, done[-1], steps[-1], lambda line: print(line, flush=True))
+    progress = Progress(name, done[-1], steps[-1], print)
     logs = []
     for first, last in pairwise(steps):
         segment = f"segment_{last}"

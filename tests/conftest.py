@@ -13,6 +13,14 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
+INPUT_FILES = {
+    "data": "initial.data",
+    "coefficients": "coefficients.lmp",
+    "push_off": "push_off.lmp",
+    "inputs": "inputs.json",
+}
+RESTART_FRAMES = [1, 10, 60]
+
 
 @pytest.fixture
 def root() -> Path:
@@ -42,35 +50,43 @@ def command() -> Callable[..., list[str]]:
 
 
 @pytest.fixture(scope="session")
-def slurry(tmp_path_factory, command) -> Path:
+def dem_command(command) -> Callable[..., list[str]]:
+    """Command line of run_slurry.py with the inputs of one folder and outputs, and the work folder, in another."""
+
+    def build(inputs: Path, outputs: Path, last_frame: int, restart_frames: list[int]) -> list[str]:
+        return command(
+            "run_slurry",
+            **{name: inputs / file for name, file in INPUT_FILES.items()},
+            last_frame=last_frame,
+            work=outputs / "work",
+            dump=outputs / "dump.lammpstrj",
+            restarts=[outputs / f"frame_{k}.restart" for k in restart_frames],
+            thermo=outputs / "thermo.csv",
+            run=outputs / "run.json",
+            cost=outputs / "run_cost.json",
+        )
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def slurry(tmp_path_factory, command, dem_command) -> Path:
     """Folder of a slurry of some 80 particles that went through the DEM: 121 frames, one every 50 steps."""
     folder = tmp_path_factory.mktemp("a slurry")
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    dem = {"steps": 6000, "segment_frames": 40, "restart_frames": RESTART_FRAMES, "thermo_every_steps": 50}
     physics = {
         "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
         "force_field": config["force_field"],
-        "dem": config["dem"]
-        | {"steps": 6000, "segment_frames": 40, "restart_frames": [1, 10, 60], "thermo_every_steps": 50}
-        | {"pressure_damping_us": 1000.0},
+        "dem": config["dem"] | dem | {"pressure_damping_us": 1000.0},
         "slurry": {"mass_units": 1.0, "thickness_ratio": 1.2, "seed": 7},
     }
     inputs = {name: folder / file for name, file in INPUT_FILES.items()}
-    run, dump = folder / "run.json", folder / "dump.lammpstrj"
-    restarts = [folder / f"frame_{k}.restart" for k in (1, 10, 60)]
+    extracted = {"inputs": inputs["inputs"], "run": folder / "run.json", "frames": folder / "frames.h5"}
     for words in (
-        command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "generate.json"),
-        command("run_slurry", **inputs, last_frame=120, work=folder / "work", dump=dump, restarts=restarts)
-        + command("", thermo=folder / "thermo.csv", run=run, cost=folder / "cost.json")[2:],
-        command("extract_frames", dump=dump, inputs=inputs["inputs"], run=run, frames=folder / "frames.h5")
-        + ["--cost", str(folder / "extract.json")],
+        command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "cost.json"),
+        dem_command(folder, folder, 120, RESTART_FRAMES),
+        command("extract_frames", dump=folder / "dump.lammpstrj", **extracted, cost=folder / "cost.json"),
     ):
-        subprocess.run(words, check=True, capture_output=True, text=True)
+        subprocess.run(words, check=True)
     return folder
-
-
-INPUT_FILES = {
-    "data": "initial.data",
-    "coefficients": "coefficients.lmp",
-    "push_off": "push_off.lmp",
-    "inputs": "inputs.json",
-}

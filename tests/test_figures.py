@@ -182,11 +182,16 @@ def test_densification(tmp_path):
     time_us = np.linspace(0, 10, 11)
     thermo = {
         name: pd.DataFrame({"time_us": time_us[:end], "density_g_cm3": 1 + 0.1 * time_us[:end]})
-        for name, end in (("T1", 11), ("1", 11), ("N1", 4))
+        for name, end in (("T1", 11), ("T2", 11), ("1", 11), ("N1", 4))
     }
     equilibrium = pd.DataFrame(
-        {"role": ["train", "test", "new"], "mass_units": [1.0, 2.0, 2.0], "time_to_equilibrium_us": [8.0, 9.0, np.nan]},
-        index=["T1", "1", "N1"],
+        {
+            "role": ["train", "train", "test", "new"],
+            "mass_units": [1.0, 1.0, 2.0, 2.0],
+            "time_to_equilibrium_us": [8.0, 9.5, 9.0, np.nan],
+            "warning": ["", "still denser by the hour", "", ""],
+        },
+        index=["T1", "T2", "1", "N1"],
     )
     figure = plot_densification.draw_densification(thermo, equilibrium, [1.0, 2.0])
     points = [line.get_xydata()[0] for line in figure.axes[0].lines if line.get_marker() == "o"]

@@ -39,7 +39,11 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def run_main(main: Callable[[], None]) -> None:
-    """Run a script's `main`; bad input or a failed run ends with one line on stderr and exit code 1."""
+    """Run a script's `main`; bad input or a failed run ends with one line on stderr and exit code 1.
+
+    Lines appear as they are printed, also where the output is not a terminal but a log.
+    """
+    sys.stdout.reconfigure(line_buffering=True)
     try:
         main()
     except (InputError, RunError) as error:

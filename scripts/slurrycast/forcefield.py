@@ -1,4 +1,4 @@
-"""Pair coefficients of the overlaid Lennard-Jones and granular Hertz forces, and the time steps they allow. Pure numpy."""
+"""Pair coefficients of the overlaid Lennard-Jones and granular Hertz forces, and the time steps they allow."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations_with_replacement

@@ -3,14 +3,15 @@
 H5MD 1.1 (de Buyl, Colberg & Höfling, Comput. Phys. Commun. 185, 1546 (2014)) with one particle group, `slurry`:
 
     particles/slurry/position/{value, step, time}              unwrapped coordinates (frames, n, 3), um
-    particles/slurry/scaled_position/{value, step, time}       unwrapped, in box edges from the lower corner, (frames, n, 3)
+    particles/slurry/scaled_position/{value, step, time}       the same in box edges, from the lower corner
     particles/slurry/coordination/{value, step, time}          contacts of each particle, (frames, n)
     particles/slurry/box/edges/{value, step, time}             (frames, 3), um
     particles/slurry/box/lower/{value, step, time}             lower corner, (frames, 3), um; H5MD has no place for it
-    particles/slurry/{id, type, species, size_class, radius, mass}      (n,), the same in all frames; species is the phase
+    particles/slurry/{id, type, species, size_class, radius, mass}      (n,); species is the phase
     parameters/frame_numbers                                   (frames,)
 
-Every array has its unit as attribute `unit`. Attributes of `parameters` hold where the frames come from.
+Every array has its unit as attribute `units`; not `unit`, as H5MD's module of that purpose has it, since the reader of
+MDAnalysis refuses a file with a `unit` that it does not know, and it knows neither um nor us. Attributes of `parameters` hold where the frames come from.
 """
 
 from collections.abc import Iterable, Mapping
@@ -89,7 +90,10 @@ class FrameStore:
         if k not in self._row:
             held = f"{self.frame_numbers[0]} to {self.last}"
             raise InputError(f"{self.path}: frame {k} is not in the file, which holds frames {held}")
-        return self._group[f"{name}/value"][self._row[k]]
+        try:
+            return self._group[f"{name}/value"][self._row[k]]
+        except (OSError, KeyError) as error:
+            raise _unreadable(self.path, error) from error
 
     def position_um(self, k: int) -> np.ndarray:
         """Unwrapped coordinates (n, 3) in um at frame `k`, in the box of that frame."""
@@ -132,7 +136,11 @@ def read_frames(path: str | Path) -> FrameStore:
     except (OSError, KeyError) as error:
         if file is not None:
             file.close()
-        raise InputError(f"{path}: not a readable frame store ({str(error).splitlines()[0]})") from error
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    return InputError(f"{path}: not a readable frame store ({str(error).splitlines()[0]})")
 
 
 # name in the file, field of Frame, unit
@@ -173,7 +181,7 @@ def write_frames(
         group = file.create_group(GROUP)
         for name, field, unit in _STATIC:
             group[name] = getattr(particles, field)
-            group[name].attrs["unit"] = unit
+            group[name].attrs["units"] = unit
         box = group.create_group("box")
         box.attrs["dimension"] = 3
         box.attrs["boundary"] = ["periodic"] * 3
@@ -193,7 +201,7 @@ def write_frames(
                         dtype=value.dtype,
                         **compression,
                     )
-                    data.attrs["unit"] = unit
+                    data.attrs["units"] = unit
                 data = group[f"{name}/value"]
                 data.resize(count + 1, axis=0)
                 data[count] = value
@@ -203,7 +211,7 @@ def write_frames(
         # One step and one time array, linked from every element as H5MD proposes.
         group["position/step"] = np.array(steps)
         group["position/time"] = np.array(times_us)
-        group["position/time"].attrs["unit"] = "us"
+        group["position/time"].attrs["units"] = "us"
         for name, _, _ in _TIME_DEPENDENT[1:]:
             group[f"{name}/step"] = group["position/step"]
             group[f"{name}/time"] = group["position/time"]

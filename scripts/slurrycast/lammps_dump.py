@@ -63,10 +63,11 @@ class _Lines:
 
 def _is_row(line: str, columns: int) -> bool:
     try:
-        values = [float(word) for word in line.split()]
+        # The parser of the whole table: float() is more lenient (it takes 1_0).
+        values = np.loadtxt([line], comments=None) if line.strip() else np.empty(0)
     except ValueError:
         return False
-    return len(values) == columns and bool(np.isfinite(values).all())
+    return values.shape == (columns,) and bool(np.isfinite(values).all())
 
 
 def read_dump(path: str | Path) -> Iterator[DumpFrame]:
@@ -92,8 +93,14 @@ def read_dump(path: str | Path) -> Iterator[DumpFrame]:
                 raise lines.error(f"step {step} after step {last_step}: frames of different runs or in disorder")
             lines.expect("ITEM: NUMBER OF ATOMS")
             count = _whole(lines)
+            if count == 0:
+                raise lines.error("a frame without particles")
             lines.expect("ITEM: BOX BOUNDS pp pp pp")
             bounds = lines.table(3, 2)
+            empty = bounds[:, 0] >= bounds[:, 1]
+            if empty.any():
+                lines.number += int(np.argmax(empty)) - 2
+                raise lines.error("the upper bound of the box does not exceed the lower one")
             columns = tuple(lines.expect("ITEM: ATOMS").split())
             if columns != COLUMNS:
                 raise lines.error(f"columns {' '.join(columns)} in place of {' '.join(COLUMNS)}")

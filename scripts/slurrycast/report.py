@@ -361,7 +361,7 @@ def settings_section(results: Results) -> Section:
                 classes,
                 f"{settings['mass_fraction']:.4f}",
                 span(values, ".4f"),
-                f"{(values - settings['mass_fraction']).abs().max():.2%}",
+                f"{100 * (values - settings['mass_fraction']).abs().max():.2f}",
             ]
         )
     columns = [
@@ -370,7 +370,7 @@ def settings_section(results: Results) -> Section:
         "Diameters, µm (number fraction)",
         "Mass fraction wanted",
         "reached, over all slurries",
-        "largest deviation",
+        "largest deviation (percentage points)",
     ]
     caption = "Formulation. Particles are whole, so the mass fractions reached are not exactly the wanted ones."
     blocks.append(Table("Table S1", caption, columns, rows, texts=(0, 2)))
@@ -394,7 +394,7 @@ def dem_section(results: Results) -> Section:
             f"{row.density_g_cm3:.4f}",
             f"{row.mean_contacts:.2f}",
             number(row.density_drift, ".2%"),
-            number(row.time_to_equilibrium_us, "g"),
+            number(None if row.warning else row.time_to_equilibrium_us, "g"),
         ]
         for row in equilibrium.itertuples()
     ]

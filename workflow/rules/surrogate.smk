@@ -10,7 +10,6 @@ OUTPUTS:
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
-
 if TRAINING_NEEDED:
 
     rule train_surrogate:
@@ -26,9 +25,9 @@ if TRAINING_NEEDED:
             f"{RESULTS}/logs/train_surrogate/{{surrogate}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/train_surrogate/{{surrogate}}.tsv"
+        priority: 10  # the longest job behind the training slurries: everything else goes on beside it
         conda:
             "../../envs/learning.yaml"
-        priority: 10  # the longest job behind the training slurries: everything else goes on beside it
         threads: lambda wildcards: config["surrogate"][wildcards.surrogate]["threads"]
         resources:
             mem_mb=lambda wildcards, attempt: attempt * 4000,

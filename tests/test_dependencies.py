@@ -1,0 +1,42 @@
+"""The modules that a rule depends on, against what Python loads when it runs the script."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from slurrycast.dependencies import modules
+
+LOADED = """
+import json, pathlib, runpy, sys
+sys.argv = [sys.argv[1], "--help"]
+sys.path.insert(0, str(pathlib.Path(sys.argv[0]).parent))
+try:
+    runpy.run_path(sys.argv[0], run_name="__main__")
+except SystemExit:
+    pass
+files = [getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("slurrycast")]
+print("\\n" + json.dumps(files))
+"""
+
+
+@pytest.mark.parametrize("script", ["run_slurry", "compute_rdf", "predict_slurry", "collect_costs"])
+def test_modules_are_those_that_python_loads(root, script):
+    path = root / "scripts" / f"{script}.py"
+    done = subprocess.run([sys.executable, "-c", LOADED, path], capture_output=True, text=True, check=True, cwd=root)
+    loaded = {file.removeprefix(f"{root}/") for file in json.loads(done.stdout.splitlines()[-1])}
+    assert loaded - {"scripts/slurrycast/__init__.py"} == set(modules(f"scripts/{script}.py")) - {
+        "scripts/slurrycast/__init__.py"
+    }
+
+
+def test_surrogate_is_added():
+    assert "scripts/slurrycast/surrogates/vgg16.py" not in modules("scripts/predict_slurry.py")
+    assert "scripts/slurrycast/surrogates/vgg16.py" in modules("scripts/predict_slurry.py", "vgg16")
+
+
+@pytest.mark.parametrize("module", ["rdf", "errors", "figures", "report", "surrogates/vgg16", "equilibrium"])
+def test_no_dem_depends_on_analysis(module):
+    for script in ("generate_inputs", "run_slurry"):
+        assert f"scripts/slurrycast/{module}.py" not in modules(f"scripts/{script}.py")

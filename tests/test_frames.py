@@ -1,0 +1,266 @@
+"""The frame store: round trip, agreement with the dump and with MDAnalysis, and refusal of broken files."""
+
+import subprocess
+
+import h5py
+import MDAnalysis
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.files import InputError
+from slurrycast.frames import GROUP, Frame, Particles, read_frames, write_frames
+from slurrycast.lammps_dump import read_dump
+from slurrycast.periodic import to_cartesian
+
+N = 20
+
+
+@pytest.fixture(scope="module")
+def particles() -> Particles:
+    rng = np.random.default_rng(1)
+    return Particles(
+        id=np.arange(1, N + 1),
+        type=np.repeat([1, 2, 3, 4], N // 4),
+        phase=np.repeat([1, 2], N // 2),
+        size_class=np.tile([1, 2], N // 2),
+        radius_um=rng.random(N),
+        mass_pg=rng.random(N),
+        phase_names=("BDPD", "8YSZ"),
+    )
+
+
+@pytest.fixture(scope="module")
+def frames() -> list[Frame]:
+    rng = np.random.default_rng(2)
+    return [
+        Frame(
+            number=number,
+            step=50 * number,
+            time_us=0.1 * number,
+            position_um=rng.normal(size=(N, 3)),
+            scaled_position=rng.normal(size=(N, 3)),
+            coordination=rng.integers(0, 9, N, dtype=np.int32),
+            lower_um=-rng.random(3),
+            edges_um=1 + rng.random(3),
+        )
+        for number in (7, 8, 120)
+    ]
+
+
+@pytest.fixture
+def store_path(tmp_path, particles, frames):
+    write_frames(tmp_path / "a.h5", particles, iter(frames), {"slurry": "A", "scale": 0.5, "input_frames": [7, 8]})
+    return tmp_path / "a.h5"
+
+
+def test_round_trip(store_path, particles, frames):
+    with read_frames(store_path) as store:
+        for name in ("id", "type", "phase", "size_class", "radius_um", "mass_pg"):
+            np.testing.assert_array_equal(getattr(store.particles, name), getattr(particles, name))
+        assert store.particles.phase_names == particles.phase_names
+        assert len(store.particles) == N
+        assert store.frame_numbers.tolist() == [7, 8, 120]
+        assert store.last == 120
+        assert store.steps.tolist() == [350, 400, 6000]
+        assert store.times_us.tolist() == pytest.approx([0.7, 0.8, 12.0])
+        for frame in frames:
+            np.testing.assert_array_equal(store.position_um(frame.number), frame.position_um)
+            np.testing.assert_array_equal(store.scaled_position(frame.number), frame.scaled_position)
+            np.testing.assert_array_equal(store.coordination(frame.number), frame.coordination)
+            np.testing.assert_array_equal(store.box(frame.number), (frame.lower_um, frame.edges_um))
+        assert store.volume_um3(7) == pytest.approx(np.prod(frames[0].edges_um))
+        assert store.density_g_cm3(7) == pytest.approx(particles.mass_pg.sum() / np.prod(frames[0].edges_um))
+        assert (store.attributes["slurry"], store.attributes["scale"]) == ("A", 0.5)
+        assert list(store.attributes["input_frames"]) == [7, 8]
+
+
+def test_mask_of_a_phase(particles):
+    np.testing.assert_array_equal(particles.in_phase("8YSZ"), np.arange(N) >= N // 2)
+
+
+def test_frames_are_compressed_checksummed_and_chunked_one_by_one(store_path):
+    with h5py.File(store_path) as file:
+        for name in ("position", "scaled_position", "coordination"):
+            data = file[f"{GROUP}/{name}/value"]
+            assert (data.compression, data.fletcher32, data.chunks[0]) == ("gzip", True, 1)
+            assert data.chunks[1:] == data.shape[1:]
+        assert file[f"{GROUP}/position/value"].dtype == np.float64
+
+
+def test_every_quantity_says_its_units(store_path):
+    units = {"radius": "um", "mass": "pg", "box/edges/value": "um", "box/lower/value": "um", "id": ""}
+    units |= {"position/value": "um", "scaled_position/value": "", "coordination/value": "", "position/time": "us"}
+    with h5py.File(store_path) as file:
+        assert {name: file[GROUP][name].attrs["units"] for name in units} == units
+
+
+def test_layout_is_h5md(store_path):
+    """The elements that H5MD 1.1 demands of a file and of a particle group."""
+    with h5py.File(store_path) as file:
+        assert file["h5md"].attrs["version"].tolist() == [1, 1]
+        assert file["h5md/author"].attrs["name"]
+        assert file["h5md/creator"].attrs["name"]
+        assert file["h5md/creator"].attrs["version"]
+        box = file[f"{GROUP}/box"]
+        assert box.attrs["dimension"] == 3
+        assert list(box.attrs["boundary"]) == ["periodic"] * 3
+        for element in ("position", "box/edges", "box/lower", "coordination", "scaled_position"):
+            assert set(file[f"{GROUP}/{element}"]) == {"step", "time", "value"}
+            assert len(file[f"{GROUP}/{element}/step"]) == len(file[f"{GROUP}/{element}/value"])
+
+
+@pytest.mark.parametrize("method", ["position_um", "scaled_position", "coordination", "box", "volume_um3"])
+def test_missing_frame_is_named(store_path, method):
+    with read_frames(store_path) as store, pytest.raises(InputError, match=r"a\.h5: frame 9 is not in the file.*7 to"):
+        getattr(store, method)(9)
+
+
+def test_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"none\.h5: not a readable frame store"):
+        read_frames(tmp_path / "none.h5")
+
+
+def test_other_files_are_refused(tmp_path, store_path):
+    (tmp_path / "text.h5").write_text("no HDF5")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["features"] = np.zeros(3)
+    for name in ("text.h5", "other.h5"):
+        with pytest.raises(InputError, match=rf"{name}: not a readable frame store"):
+            read_frames(tmp_path / name)
+    with h5py.File(store_path, "a") as file:
+        del file[f"{GROUP}/radius"]
+    with pytest.raises(InputError, match=r"a\.h5: not a readable frame store"):
+        read_frames(store_path)
+
+
+@given(share=st.floats(0, 1, exclude_max=True))
+def test_truncated_file_is_refused(tmp_path_factory, particles, frames, share):
+    path = tmp_path_factory.getbasetemp() / "truncated.h5"
+    write_frames(path, particles, frames, {})
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(InputError, match=r"truncated\.h5: not a readable frame store"):
+        read_frames(path)
+
+
+@pytest.mark.parametrize("name", ["position", "scaled_position", "coordination"])
+def test_wrong_byte_in_a_frame_is_noticed(store_path, name):
+    with h5py.File(store_path) as file:
+        chunk = file[f"{GROUP}/{name}/value"].id.get_chunk_info(1)
+    content = bytearray(store_path.read_bytes())
+    content[chunk.byte_offset + chunk.size // 2] ^= 1
+    store_path.write_bytes(content)
+    with read_frames(store_path) as store:
+        read = getattr(store, "position_um" if name == "position" else name)
+        read(7)
+        with pytest.raises(InputError, match=r"a\.h5: not a readable frame store"):
+            read(8)
+
+
+def test_failed_writing_leaves_the_earlier_file(store_path, particles, frames):
+    def failing():
+        yield frames[0]
+        raise InputError("the dump ends here")
+
+    before = store_path.read_bytes()
+    with pytest.raises(InputError, match="the dump ends here"):
+        write_frames(store_path, particles, failing(), {})
+    assert store_path.read_bytes() == before
+    assert [path.name for path in store_path.parent.iterdir()] == ["a.h5"]
+
+
+def test_slurry_agrees_with_its_dump(slurry):
+    with read_frames(slurry / "frames.h5") as store:
+        numbers = []
+        for number, frame in enumerate(read_dump(slurry / "dump.lammpstrj")):
+            np.testing.assert_array_equal(store.particles.id, frame.values[:, 0])
+            np.testing.assert_allclose(store.position_um(number), frame.values[:, 3:6], rtol=0, atol=1e-9)
+            np.testing.assert_allclose(store.scaled_position(number), frame.values[:, 6:9], rtol=0, atol=1e-9)
+            np.testing.assert_array_equal(store.coordination(number), frame.values[:, 9])
+            np.testing.assert_array_equal(store.box(number), (frame.lower_um, frame.edges_um))
+            assert store.steps[number] == frame.step == 50 * number
+            assert store.times_us[number] == pytest.approx(frame.step * 2e-3)
+            numbers.append(number)
+        assert store.frame_numbers.tolist() == numbers == list(range(121))
+        assert {"slurry", "physics", "seeds", "lammps_version", "phases"} <= set(store.attributes)
+
+
+def test_position_is_the_scaled_one_in_the_box_of_its_frame(slurry):
+    with read_frames(slurry / "frames.h5") as store:
+        edges_um = np.array([store.box(k)[1] for k in store.frame_numbers])
+        assert (edges_um[0] - edges_um[-1] > 0.5).all()  # with a box that stays the same the check would say nothing
+        for k in store.frame_numbers:
+            lower_um, edges_um = store.box(k)
+            np.testing.assert_allclose(lower_um, -edges_um / 2, atol=1e-9)  # centred at the origin at all times
+            np.testing.assert_allclose(
+                store.position_um(k), to_cartesian(store.scaled_position(k), lower_um, edges_um), rtol=0, atol=1e-9
+            )
+
+
+def test_mdanalysis_h5md_reader_agrees(slurry):
+    with read_frames(slurry / "frames.h5") as store:
+        universe = MDAnalysis.Universe.empty(len(store.particles), trajectory=True)
+        universe.load_new(str(slurry / "frames.h5"), format="H5MD", convert_units=False)
+        assert len(universe.trajectory) == 121
+        for k, moment in enumerate(universe.trajectory):
+            np.testing.assert_allclose(moment.positions, store.position_um(k), rtol=1e-6, atol=1e-6)  # float32
+            np.testing.assert_allclose(moment.dimensions, [*store.box(k)[1], 90, 90, 90], rtol=1e-6)
+            assert moment.time == store.times_us[k]
+            assert moment.data["step"] == store.steps[k]
+
+
+def test_mdanalysis_dump_reader_moves_the_origin_to_the_box_corner(slurry):
+    """Its coordinates start at the corner of each frame's own box: in a shrinking box that adds a motion."""
+    with read_frames(slurry / "frames.h5") as store:
+        universe = MDAnalysis.Universe.empty(len(store.particles), trajectory=True)
+        universe.load_new(
+            str(slurry / "dump.lammpstrj"), format="LAMMPSDUMP", lammps_coordinate_convention="unwrapped"
+        )
+        assert len(universe.trajectory) == 121
+        for k, moment in enumerate(universe.trajectory):
+            lower_um, _ = store.box(k)
+            np.testing.assert_allclose(moment.positions + lower_um, store.position_um(k), rtol=0, atol=2e-6)
+        shift_um = store.position_um(0) - store.position_um(120)
+        universe.trajectory[0]
+        moved_um = universe.atoms.positions - shift_um
+        universe.trajectory[120]
+        assert np.abs(moved_um - universe.atoms.positions).min() > 0.2
+
+
+def edited_dump(folder, slurry, edit) -> dict:
+    """Arguments of extract_frames.py for the slurry with its dump edited as a list of frames."""
+    frames = ["ITEM: TIMESTEP" + text for text in (slurry / "dump.lammpstrj").read_text().split("ITEM: TIMESTEP")[1:]]
+    (folder / "dump").write_text("".join(edit(frames)))
+    return {
+        "dump": folder / "dump",
+        "inputs": slurry / "inputs.json",
+        "run": slurry / "run.json",
+        "frames": folder / "frames.h5",
+        "cost": folder / "cost.json",
+    }
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        (lambda frames: frames[:-1], "ends at step 5950, the run at step 6000"),
+        (lambda frames: [*frames[:60], *frames[61:]], "frame 60 is step 3050, not 3000"),
+        (lambda frames: frames[1:], "frame 0 is step 50, not 0"),
+        (lambda frames: [*frames, frames[-1]], "frame 121, line "),
+        (lambda frames: [*frames[:60], frames[60][:-40]], "frame 60, line "),
+        (lambda frames: [], "holds no frame"),
+        (lambda frames: [frame.replace("\n1 1 0.55 ", "\n1 2 0.55 ") for frame in frames], "particles of the types"),
+        (lambda frames: [frame.replace("\n1 1 0.55 ", "\n1 1 0.56 ") for frame in frames], "radii differ"),
+    ],
+    ids=["cut", "missing", "start missing", "twice", "truncated", "empty", "other type", "other radius"],
+)
+def test_extract_frames_refuses_a_dump_that_is_not_the_whole_run(tmp_path, slurry, command, edit, says):
+    words = command("extract_frames", **edited_dump(tmp_path, slurry, edit))
+    result = subprocess.run(words, capture_output=True, text=True)
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"error: {tmp_path / 'dump'}: ")
+    assert says in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["dump"]

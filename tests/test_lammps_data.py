@@ -1,0 +1,132 @@
+"""LAMMPS data files: against a golden file of a small recipe, and read back by a parser of another project."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import MDAnalysis
+import numpy as np
+import pytest
+
+from slurrycast.lammps_data import write_data
+from slurrycast.recipe import ParticleType
+
+GOLDEN = Path(__file__).parent / "golden" / "initial.data"
+TYPES = [
+    ParticleType(1, "A", 1, 1, 1.1, 0.8135, 0.3, 1.0),
+    ParticleType(2, "B", 2, 1, 0.6, 6.67, 0.7, 0.5),
+    ParticleType(3, "B", 2, 2, 1 / 3, 6.67, 0.7, 0.5),
+]
+PHYSICS = {
+    "formulation": {
+        "unit_mass_pg": 8.0,
+        "initial_packing_fraction": 0.25,
+        "phases": {
+            "A": {
+                "mass_fraction": 0.3,
+                "density_g_cm3": 0.8135,
+                "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
+            },
+            "B": {
+                "mass_fraction": 0.7,
+                "density_g_cm3": 6.67,
+                "size_classes": [
+                    {"diameter_um": 0.6, "number_fraction": 0.25},
+                    {"diameter_um": 0.4, "number_fraction": 0.75},
+                ],
+            },
+        },
+    },
+    "force_field": {"lennard_jones": {"epsilon_fj_per_um": 1.0, "sigma_factor": 0.89, "cutoff_factor": 1.5}},
+    "slurry": {"mass_units": 2.0, "thickness_ratio": 1.5, "seed": 42},
+}
+
+
+def number(word: str) -> float | str:
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory, command) -> Path:
+    folder = tmp_path_factory.mktemp("generated")
+    files = {name: folder / name for name in ("data", "coefficients", "push_off", "inputs", "cost")}
+    subprocess.run(command("generate_inputs", slurry="G", physics=json.dumps(PHYSICS), **files), check=True)
+    return folder
+
+
+def test_generated_data_match_the_golden_file(generated):
+    """Words must be equal, numbers to a few units in the last place: cube roots differ between processors."""
+    lines, golden = (path.read_text().split("\n") for path in (generated / "data", GOLDEN))
+    assert len(lines) == len(golden)
+    for line, expected in zip(lines, golden, strict=True):
+        found, wanted = ([number(word) for word in text.split()] for text in (line, expected))
+        assert [x for x in found if isinstance(x, str)] == [x for x in wanted if isinstance(x, str)]
+        found, wanted = ([x for x in words if isinstance(x, float)] for words in (found, wanted))
+        assert found == pytest.approx(wanted, rel=1e-13)
+
+
+def test_same_seed_gives_the_same_files_and_another_seed_other_positions(generated, tmp_path, command):
+    for seed, same in ((42, True), (43, False)):
+        physics = PHYSICS | {"slurry": PHYSICS["slurry"] | {"seed": seed}}
+        files = {name: tmp_path / name for name in ("data", "coefficients", "push_off", "inputs", "cost")}
+        subprocess.run(command("generate_inputs", slurry="G", physics=json.dumps(physics), **files), check=True)
+        assert (files["data"].read_bytes() == (generated / "data").read_bytes()) is same
+        assert (files["coefficients"].read_bytes() == (generated / "coefficients").read_bytes()) is True
+
+
+def test_inputs_say_what_was_reached(generated):
+    inputs = json.loads((generated / "inputs").read_text())
+    assert inputs["physics"] == PHYSICS
+    assert [t["type"] for t in inputs["types"]] == [1, 2, 3]
+    assert sum(t["particles"] for t in inputs["types"]) == inputs["particles"]
+    mass_pg = {"A": 0.0, "B": 0.0}
+    for t in inputs["types"]:
+        mass_pg[t["phase"]] += t["particles"] * t["density_g_cm3"] * np.pi / 6 * t["diameter_um"] ** 3
+    assert inputs["mass_pg"] == pytest.approx(sum(mass_pg.values()))
+    shares = {phase: mass / sum(mass_pg.values()) for phase, mass in mass_pg.items()}
+    assert inputs["mass_fractions_reached"] == pytest.approx(shares)
+    assert len(set(inputs["seeds"].values())) == 3
+
+
+def test_box_is_centred_and_holds_the_packing_asked_for(generated):
+    inputs = json.loads((generated / "inputs").read_text())
+    lines = (generated / "data").read_text().splitlines()
+    bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
+    edges_um = bounds[:, 1] - bounds[:, 0]
+    assert bounds.sum(axis=1) == pytest.approx(0, abs=1e-12)
+    assert edges_um / edges_um[0] == pytest.approx([1, 1, 1.5])
+    particles_um3 = sum(t["particles"] * np.pi / 6 * t["diameter_um"] ** 3 for t in inputs["types"])
+    assert particles_um3 / edges_um.prod() == pytest.approx(0.25)
+
+
+def test_numbers_read_back_the_same(tmp_path):
+    rng = np.random.default_rng(1)
+    lower_um, edges_um = np.array([-1 / 3, -2.0, 1e-3]), np.array([2 / 3, np.pi, 7.0])
+    position_um = lower_um + rng.random((50, 3)) * edges_um
+    kinds = rng.integers(1, 4, 50)
+    write_data(tmp_path / "x.data", "slurry X", TYPES, kinds, position_um, lower_um, edges_um)
+    lines = (tmp_path / "x.data").read_text().splitlines()
+    bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
+    np.testing.assert_array_equal(bounds, np.column_stack([lower_um, lower_um + edges_um]))
+    atoms = np.array([line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]], dtype=float)
+    np.testing.assert_array_equal(atoms[:, 0], np.arange(1, 51))
+    np.testing.assert_array_equal(atoms[:, 1], kinds)
+    np.testing.assert_array_equal(atoms[:, 2], [TYPES[kind - 1].diameter_um for kind in kinds])
+    np.testing.assert_array_equal(atoms[:, 3], [TYPES[kind - 1].density_g_cm3 for kind in kinds])
+    np.testing.assert_array_equal(atoms[:, 4:], position_um)
+
+
+def test_mdanalysis_reads_the_same(tmp_path):
+    rng = np.random.default_rng(2)
+    lower_um, edges_um = np.array([-2.0, -3.0, -4.0]), np.array([4.0, 6.0, 8.0])
+    position_um, kinds = lower_um + rng.random((20, 3)) * edges_um, rng.integers(1, 4, 20)
+    write_data(tmp_path / "x.data", "slurry X", TYPES, kinds, position_um, lower_um, edges_um)
+    universe = MDAnalysis.Universe(str(tmp_path / "x.data"), atom_style="id type diameter density x y z")
+    assert [int(kind) for kind in universe.atoms.types] == kinds.tolist()
+    assert universe.dimensions[:3] == pytest.approx(edges_um)
+    # Its box starts at the origin, and so do its coordinates in releases that shift them.
+    shift = universe.atoms.positions - position_um
+    assert shift == pytest.approx(np.broadcast_to(shift[0], shift.shape), abs=1e-5)

@@ -1,0 +1,176 @@
+"""The dump reader: good files in full precision, and every kind of broken file refused with file, frame and line."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.files import InputError
+from slurrycast.lammps_dump import COLUMNS, read_dump
+
+PARTICLES, LINES = 3, 12  # particles of the dumps below, lines of one of their frames
+
+
+def frame_text(step: int, shift_um: float = 0.0) -> str:
+    edge_um = 4.0 - step / 1000
+    rows = [
+        f"{number} {number % 2 + 1} {number / 7:.15g} "
+        f"{number / 3 + shift_um:.15g} {-number / 3:.15g} {number / 9:.15g} "
+        f"{number / 11:.15g} {number / 13:.15g} {number / 17 - 1:.15g} {number % 3}"
+        for number in range(1, PARTICLES + 1)
+    ]
+    bounds = [f"{-edge_um / 2:.16e} {edge_um / 2:.16e}"] * 3
+    head = ["ITEM: TIMESTEP", str(step), "ITEM: NUMBER OF ATOMS", str(PARTICLES), "ITEM: BOX BOUNDS pp pp pp", *bounds]
+    return "\n".join([*head, f"ITEM: ATOMS {' '.join(COLUMNS)}", *rows]) + "\n"
+
+
+DUMP = "".join(frame_text(step) for step in (0, 50, 100))
+
+
+@pytest.fixture
+def refusal(tmp_path):
+    """What the reader says of a dump that it must refuse; and that it names the file."""
+
+    def say(text: str) -> str:
+        path = tmp_path / "a dump"
+        path.write_text(text)
+        with pytest.raises(InputError) as error:
+            list(read_dump(path))
+        message = str(error.value)
+        assert message.startswith(f"{path}: ")
+        assert "\n" not in message
+        return message.removeprefix(f"{path}: ")
+
+    return say
+
+
+def edited(line: int, new: str | None, frame: int = 1) -> str:
+    """DUMP with one line of a frame (both counted from 0) replaced, or taken out."""
+    lines = DUMP.splitlines(keepends=True)
+    lines[frame * LINES + line : frame * LINES + line + 1] = [] if new is None else [new + "\n"]
+    return "".join(lines)
+
+
+def test_good_dump_is_read_in_full_precision(tmp_path):
+    (tmp_path / "dump").write_text(DUMP)
+    frames = list(read_dump(tmp_path / "dump"))
+    assert [frame.step for frame in frames] == [0, 50, 100]
+    for frame in frames:
+        edge_um = 4.0 - frame.step / 1000
+        np.testing.assert_array_equal(frame.lower_um, [-edge_um / 2] * 3)
+        np.testing.assert_array_equal(frame.edges_um, [edge_um] * 3)
+        assert frame.values.shape == (PARTICLES, len(COLUMNS))
+        assert frame.values.dtype == np.float64
+        np.testing.assert_allclose(frame.values[:, 3], [1 / 3, 2 / 3, 1], rtol=1e-15)
+        np.testing.assert_allclose(frame.values[:, 8], np.array([1, 2, 3]) / 17 - 1, rtol=1e-14)
+
+
+def test_single_particle(tmp_path):
+    lines = frame_text(0).splitlines()
+    lines[3] = "1"
+    (tmp_path / "dump").write_text("\n".join(lines[:10]) + "\n")
+    (frame,) = read_dump(tmp_path / "dump")
+    assert frame.values.shape == (1, len(COLUMNS))
+
+
+# line of the frame, what stands there instead, what the message must hold
+@pytest.mark.parametrize(
+    ("line", "new", "says"),
+    [
+        (0, "ITEM: TIME", "line 13: 'ITEM: TIME' in place of 'ITEM: TIMESTEP'"),
+        (1, "fifty", "line 14: 'fifty' is no whole number"),
+        (1, "-50", "line 14: '-50' is no whole number"),
+        (1, "50.5", "line 14: '50.5' is no whole number"),
+        (1, "0", "line 14: step 0 after step 0: frames of different runs or in disorder"),
+        (2, "ITEM: BOX BOUNDS pp pp pp", "line 15: 'ITEM: BOX BOUNDS pp pp pp' in place of 'ITEM: NUMBER OF ATOMS'"),
+        (3, "many", "line 16: 'many' is no whole number"),
+        (3, "0", "line 16: a frame without particles"),
+        (3, "2", "2 particles after 3 in the first frame"),
+        (3, "4", "4 particles after 3 in the first frame"),
+        (4, "ITEM: BOX BOUNDS ff ff ff", "line 17: 'ITEM: BOX BOUNDS ff ff ff' in place of"),
+        (4, "ITEM: BOX BOUNDS xy xz yz pp pp pp", "line 17: "),
+        (5, "-2.0", "line 18: '-2.0' is no row of 2 finite numbers"),
+        (6, "-2.0 two", "line 19: '-2.0 two' is no row of 2 finite numbers"),
+        (7, "-2.0 inf", "line 20: '-2.0 inf' is no row of 2 finite numbers"),
+        (7, "2.0 -2.0", "line 20: the upper bound of the box does not exceed the lower one"),
+        (8, "ITEM: ATOMS id type xu yu zu", "line 21: columns id type xu yu zu in place of id type radius xu yu zu"),
+        (8, f"ITEM: ATOMS {' '.join(sorted(COLUMNS))}", "line 21: columns "),
+        (9, "1 2 0.1428", "line 22: '1 2 0.1428' is no row of 10 finite numbers"),
+        (9, "1 2 0.14 a 0 0 0 0 0 1", "line 22: '1 2 0.14 a 0 0 0 0 0 1' is no row of 10 finite numbers"),
+        (10, "2 1 0.28 nan 0 0 0 0 0 2", "line 23: '2 1 0.28 nan 0 0 0 0 0 2' is no row of 10 finite numbers"),
+        (10, "2 1 0.28 -inf 0 0 0 0 0 2", "line 23: "),
+        (10, "2 1 0.28 1_0 0 0 0 0 0 2", "line 23: '2 1 0.28 1_0 0 0 0 0 0 2' is no row of 10 finite numbers"),
+        (10, "", "line 23: '' is no row of 10 finite numbers"),
+        (11, "3 2 0.428571428571429 1 -1 0 0 0 0 0 9", "line 24: "),
+        (11, "4 2 0.428571428571429 1 -1 0 0 0 0 0", "line 24: id, type or radius differ from those of the first"),
+        (11, "3 1 0.428571428571429 1 -1 0 0 0 0 0", "line 24: id, type or radius differ from those of the first"),
+        (11, "3 2 0.5 1 -1 0 0 0 0 0", "line 24: id, type or radius differ from those of the first frame"),
+        (9, None, "line 24: 'ITEM: TIMESTEP' is no row of 10 finite numbers"),
+    ],
+)
+def test_corrupt_line_is_refused_with_frame_and_line(refusal, line, new, says):
+    message = refusal(edited(line, new))
+    assert message.startswith("frame 1, line ")
+    assert says in message
+
+
+@pytest.mark.parametrize("swapped", [(9, 10), (10, 11)])
+def test_unsorted_ids_are_refused(refusal, swapped):
+    lines = DUMP.splitlines(keepends=True)
+    a, b = swapped
+    lines[a], lines[b] = lines[b], lines[a]
+    assert refusal("".join(lines)).startswith("frame 0, line 12: particles are not sorted by id")
+
+
+def test_id_that_stands_twice_is_refused(refusal):
+    lines = DUMP.splitlines(keepends=True)
+    lines[10] = lines[9]
+    assert "an id stands twice" in refusal("".join(lines))
+
+
+@pytest.mark.parametrize("steps", [(0, 50, 50), (0, 100, 50), (0, 50, 0, 50)])
+def test_frames_of_two_runs_are_refused(refusal, steps):
+    message = refusal("".join(frame_text(step) for step in steps))
+    assert f"frame 2, line {2 * LINES + 2}: step {steps[2]} after step {steps[1]}" in message
+
+
+def test_empty_file_is_refused(refusal):
+    assert refusal("") == "holds no frame"
+
+
+def test_other_kind_of_file_is_refused(refusal):
+    assert refusal("Step Temp\n0 300\n").startswith("frame 0, line 1: 'Step Temp' in place of 'ITEM: TIMESTEP'")
+
+
+@given(st.integers(1, len(DUMP) - 1))
+def test_dump_cut_anywhere_is_refused_unless_cut_between_frames(tmp_path_factory, length):
+    path = tmp_path_factory.getbasetemp() / "cut.dump"
+    path.write_text(DUMP[:length])
+    whole, rest = divmod(DUMP[:length].count("\n"), LINES)
+    if rest or DUMP[length - 1] != "\n":
+        with pytest.raises(InputError, match=rf"cut\.dump: frame {whole}, line \d+: "):
+            list(read_dump(path))
+    else:
+        assert [frame.step for frame in read_dump(path)] == [0, 50, 100][:whole]
+
+
+@given(st.integers(0, len(DUMP) - 1), st.characters(max_codepoint=126))
+def test_one_wrong_character_is_refused_or_changes_one_number(tmp_path_factory, place, character):
+    """Digits for digits cannot be noticed; all else must end in the one-line error and never in another one."""
+    path = tmp_path_factory.getbasetemp() / "wrong.dump"
+    path.write_text(DUMP)
+    good = list(read_dump(path))
+    path.write_text(DUMP[:place] + character + DUMP[place + 1 :])
+    try:
+        frames = list(read_dump(path))
+    except InputError:
+        return
+    assert len(frames) == len(good)
+    changed = 0
+    for frame, expected in zip(frames, good, strict=True):
+        assert np.isfinite(frame.values).all()
+        assert (frame.edges_um > 0).all()
+        changed += frame.step != expected.step
+        changed += np.sum((frame.lower_um != expected.lower_um) | (frame.edges_um != expected.edges_um))
+        changed += np.sum(frame.values[:, 3:] != expected.values[:, 3:])
+    assert changed <= 1
