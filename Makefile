@@ -8,7 +8,7 @@ BIN := .venv/bin
 .PHONY: demo test lint clean-venv
 
 demo: .venv/installed
-	$(BIN)/snakemake --cores $(CORES)
+	$(BIN)/snakemake --cores $(CORES) --quiet rules reason
 
 test: .venv/installed-test
 	$(BIN)/python -m pytest

@@ -14,6 +14,7 @@ import pandas as pd
 
 from slurrycast.costs import Cost, read_cost
 from slurrycast.files import InputError, run_main, write_text
+from slurrycast.speedup import dem_seconds
 
 STAGES = (
     "generate_inputs",
@@ -47,12 +48,7 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
     run = json.loads(path.read_text(encoding="utf-8"))
     if run["segments"][-1]["step_end"] < input_steps:
         raise InputError(f"{path}: ends before step {input_steps} of the last input frame")
-    wall_s, cpu_s = run["start"]["wall_s"], run["start"]["cpu_s"]
-    for segment in run["segments"]:
-        steps = segment["step_end"] - segment["step_start"]
-        share = min(max((input_steps - segment["step_start"]) / steps, 0.0), 1.0)
-        wall_s += share * segment["wall_s"]
-        cpu_s += share * segment["cpu_s"]
+    wall_s, cpu_s = (dem_seconds(run, input_steps, clock) for clock in ("wall_s", "cpu_s"))
     cost = Cost("run_slurry_to_input", "-", run["slurry"], run["particles"], input_steps, wall_s, cpu_s)
     return asdict(cost) | {"max_rss_mb": None}
 

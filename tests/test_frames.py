@@ -247,7 +247,7 @@ def edited_dump(folder, slurry, edit) -> dict:
     [
         (lambda frames: frames[:-1], "ends at step 5950, the run at step 6000"),
         (lambda frames: [*frames[:60], *frames[61:]], "frame 60 is step 3050, not 3000"),
-        (lambda frames: frames[1:], "frame 0 is step 50, not 0"),
+        (lambda frames: frames[1:], "frame 1 is step 100, not 50"),
         (lambda frames: [*frames, frames[-1]], "frame 121, line "),
         (lambda frames: [*frames[:60], frames[60][:-40]], "frame 60, line "),
         (lambda frames: [], "holds no frame"),

@@ -14,7 +14,7 @@ from slurrycast import study
 from slurrycast.files import InputError
 from slurrycast.network_table import read_network
 from slurrycast.report import Results, duration, listed, report_html, span, study_differences, warnings
-from slurrycast.speedup import compare_costs, share_until, time_unit
+from slurrycast.speedup import compare_costs, dem_seconds, time_unit
 
 VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -172,6 +172,8 @@ def results(tmp_path, model) -> Results:
     costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0)
     segments = [{"step_start": 0, "step_end": 600, "wall_s": 20.0, "cpu_s": 20.0}]
     segments += [{"step_start": 600, "step_end": 1200, "wall_s": 80.0, "cpu_s": 80.0}]
+    start = {"wall_s": 0.0, "cpu_s": 0.0}
+    run = {"start": start, "segments": segments, "steps": 1200, "lammps_version": "22 Jul 2025"}
     figures = {}
     for stem in ("workflow", "learning_curves_net", "coordinates_net_2", "slurry_net_N1", "rdf_net", "costs_net"):
         figures[stem] = tmp_path / f"{stem}.png"
@@ -190,7 +192,7 @@ def results(tmp_path, model) -> Results:
         config_text="run: {name: unit}",
         versions={"python": "3.11.7", "packages": {"keras": "3.15.1"}},
         inputs={slurry: {"mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399}} for slurry in roles},
-        runs={slurry: {"segments": segments, "lammps_version": "22 Jul 2025"} for slurry in roles},
+        runs=dict.fromkeys(roles, run),
         density=density,
         coordinate_errors=coordinate_errors,
         rdf_errors=rdf_errors,
@@ -228,9 +230,11 @@ def test_costs_are_compared_slurry_by_slurry(results):
     assert np.isnan(comparison.ratio["N1"])
 
 
-@pytest.mark.parametrize(("time_us", "share"), [(0.0, 0.0), (0.6, 0.1), (1.2, 0.2), (1.8, 0.6), (2.4, 1.0)])
-def test_share_of_a_run_counts_cut_segments_by_their_steps(results, time_us, share):
-    assert share_until(results.runs["2"], time_us, 2.4) == pytest.approx(share)
+def test_dem_seconds_count_cut_segments_by_their_steps():
+    segments = [(0, 100, 1.0), (100, 200, 1.0), (200, 400, 6.0)]
+    run = {"start": {"wall_s": 0.5}, "segments": [dict(step_start=a, step_end=b, wall_s=s) for a, b, s in segments]}
+    for steps, seconds in ((0, 0.5), (50, 1.0), (200, 2.5), (250, 4.0), (400, 8.5), (1000, 8.5)):
+        assert dem_seconds(run, steps) == pytest.approx(seconds)
 
 
 def test_report_holds_the_numbers_and_loads_nothing(results):

@@ -10,8 +10,8 @@ H5MD 1.1 (de Buyl, Colberg & Höfling, Comput. Phys. Commun. 185, 1546 (2014)) w
     particles/slurry/{id, type, species, size_class, radius, mass}      (n,); species is the phase
     parameters/frame_numbers                                   (frames,)
 
-Every array has its unit as attribute `units`; not `unit`, as H5MD's module of that purpose has it, since the reader of
-MDAnalysis refuses a file with a `unit` that it does not know, and it knows neither um nor us. Attributes of `parameters` hold where the frames come from.
+Every array has its unit as attribute `units`. H5MD calls it `unit`, but MDAnalysis refuses to read a file with a `unit`
+that it does not know, and it knows neither um nor us. Attributes of `parameters` hold where the frames come from.
 """
 
 from collections.abc import Iterable, Mapping

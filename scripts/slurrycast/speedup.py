@@ -15,15 +15,16 @@ HYBRID_PARTS = {
 }
 
 
-def share_until(run: Mapping, time_us: float, run_time_us: float, clock: str = "wall_s") -> float:
-    """Share of a DEM run's time on `clock` that was spent before the simulated time `time_us`.
+def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
+    """Seconds on `clock` that LAMMPS spent on a DEM run up to step `steps`, push-off and every start included.
 
-    `run` is the content of run.json; a segment that goes on beyond that time counts by its share of steps.
+    `run` is the content of run.json; a segment that goes on beyond that step counts by its share of steps.
     """
-    segments = pd.DataFrame(run["segments"])
-    step = time_us / run_time_us * segments.step_end.iloc[-1]
-    shares = ((step - segments.step_start) / (segments.step_end - segments.step_start)).clip(0, 1)
-    return float((shares * segments[clock]).sum() / segments[clock].sum())
+    seconds = run["start"][clock]
+    for segment in run["segments"]:
+        first, last = segment["step_start"], segment["step_end"]
+        seconds += segment[clock] * min(max((steps - first) / (last - first), 0.0), 1.0)
+    return seconds
 
 
 def compare_costs(
@@ -45,20 +46,21 @@ def compare_costs(
             seconds = own.groupby("stage")[clock].sum()
             parts = {stage: float(seconds.get(stage, np.nan)) for stage in HYBRID_PARTS}
             hybrid = sum(parts.values())
-            dem = float(seconds["run_slurry"]) if slurry.role != "new" else np.nan
-            share = np.nan
+            run = runs[slurry.slurry]
+            dem = dem_seconds(run, run["steps"], clock) if slurry.role != "new" else np.nan
+            to_equilibrium = np.nan
             if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
-                run = runs[slurry.slurry]
-                share = share_until(run, slurry.time_to_equilibrium_us, slurry.run_time_us, clock)
+                steps = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
+                to_equilibrium = dem_seconds(run, steps, clock)
             rows.append(
                 {"surrogate": surrogate, "slurry": slurry.slurry, "particles": slurry.particles}
                 | parts
                 | {
                     "hybrid": hybrid,
                     "dem": dem,
-                    "dem_to_equilibrium": dem * share,
+                    "dem_to_equilibrium": to_equilibrium,
                     "ratio": dem / hybrid,
-                    "ratio_to_equilibrium": dem * share / hybrid,
+                    "ratio_to_equilibrium": to_equilibrium / hybrid,
                 }
             )
     return pd.DataFrame(rows)

@@ -61,7 +61,7 @@ rule plot_workflow:
         figure=report(
             f"{RESULTS}/figures/workflow.png",
             caption="../report/rules.rst",
-            category="Workflow",
+            category="Rules",
             labels={"figure": "rules"},
         ),
     log:

@@ -1,0 +1,42 @@
+"""Rules for the final box, in closed form."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.final_box import RULES, scale_of_prediction
+
+LAST_UM = np.random.default_rng(1).normal(size=(200, 3)) * [1, 2, 3]
+
+
+@given(st.floats(0.05, 20))
+def test_scaled_coordinates_give_their_scale(scale):
+    assert scale_of_prediction(scale * LAST_UM, LAST_UM) == pytest.approx(scale, rel=1e-12)
+
+
+def test_two_particles_by_hand():
+    predicted_um, last_um = np.array([[1.0, 2.0, 0.0], [0.0, 0.0, 3.0]]), np.array([[2.0, 2.0, 1.0], [1.0, 0.0, 4.0]])
+    assert scale_of_prediction(predicted_um, last_um) == pytest.approx((2 + 4 + 12) / (4 + 4 + 1 + 1 + 16))
+
+
+def test_it_is_the_least_squares_scale():
+    predicted_um = 0.8 * LAST_UM + np.random.default_rng(2).normal(size=LAST_UM.shape)
+    expected = np.linalg.lstsq(LAST_UM.reshape(-1, 1), predicted_um.ravel(), rcond=None)[0][0]
+    assert scale_of_prediction(predicted_um, LAST_UM) == pytest.approx(expected, rel=1e-12)
+
+
+def test_deviations_that_do_not_correlate_with_the_coordinates_leave_it_unchanged():
+    """A common shift on top of coordinates that are centred about the box centre, as an example."""
+    centred_um = LAST_UM - LAST_UM.mean(axis=0)
+    assert scale_of_prediction(0.7 * centred_um + [5.0, -3.0, 1.0], centred_um) == pytest.approx(0.7, rel=1e-12)
+
+
+def test_prediction_without_any_relation_to_its_input_shows():
+    """Predict slurries has to refuse such boxes: the scale of a mirrored prediction is negative, of a constant 0."""
+    assert scale_of_prediction(-LAST_UM, LAST_UM) == pytest.approx(-1)
+    assert scale_of_prediction(np.zeros_like(LAST_UM), LAST_UM) == 0
+
+
+def test_rules_are_found_by_their_name():
+    assert RULES["scale_of_prediction"] is scale_of_prediction

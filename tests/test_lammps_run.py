@@ -1,0 +1,219 @@
+"""LAMMPS itself: a chain of restarts, MPI ranks, and every way in which a start can fail."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slurrycast.files import InputError, RunError
+from slurrycast.lammps_dump import read_dump
+from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+
+ONE_RANK = Launcher("lmp", "mpiexec", 1)
+
+
+@pytest.fixture(scope="session")
+def variables(slurry) -> dict:
+    inputs = json.loads((slurry / "inputs.json").read_text())
+    dem = inputs["physics"]["dem"]
+    return {
+        **force_field_variables(inputs["physics"]["force_field"], dem),
+        "data": "initial.data",
+        "coefficients": "coefficients.lmp",
+        "push_off": "push_off.lmp",
+        "push_off_iterations": dem["push_off_iterations"],
+        "velocity_seed": inputs["seeds"]["velocities"],
+        "pressure_damping_us": dem["pressure_damping_us"],
+        "thermo_every_steps": 50,
+        "frame_every_steps": 50,
+    }
+
+
+@pytest.fixture
+def folder(tmp_path, slurry) -> Path:
+    """A work folder, its path with a space, from which the slurry goes on at step 3000, where it is dense."""
+    path = tmp_path / "work folder"
+    path.mkdir()
+    for name in ("initial.data", "coefficients.lmp", "push_off.lmp"):
+        shutil.copyfile(slurry / name, path / name)
+    shutil.copyfile(slurry / "frame_60.restart", path / "step_3000.restart")
+    return path
+
+
+def segment(folder: Path, variables: dict, first: int, last: int, launcher: Launcher = ONE_RANK):
+    return run_lammps(
+        launcher, "slurry.lmp", {**variables, "from": first, "to": last}, folder, f"segment_{last}.log"
+    )
+
+
+def test_chain_continued_from_a_restart_file_is_bit_equal(folder, variables, tmp_path):
+    """In a new process and another folder, from nothing but the restart file in the middle."""
+    segment(folder, variables, 3000, 3200)
+    undisturbed = segment(folder, variables, 3200, 3400)
+    other = tmp_path / "other"
+    other.mkdir()
+    for name in ("coefficients.lmp", "step_3200.restart"):
+        shutil.copyfile(folder / name, other / name)
+    continued = segment(other, variables, 3200, 3400)
+    np.testing.assert_array_equal(continued.thermo, undisturbed.thermo)
+    for name in ("frames_3400.dump", "step_3400.restart"):
+        assert (other / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_restart_loses_neither_contact_history_nor_barostat(folder, variables, tmp_path):
+    """A run with a restart in the middle stays on the trajectory of one without, but for rounding.
+
+    The restart file holds the tangential displacements of the contacts and the state of the barostat; a run that lost
+    either would be off by much more.
+    """
+    first, second = (segment(folder, variables, *steps) for steps in ((3000, 3200), (3200, 3400)))
+    with_restart = list(read_dump(folder / "frames_3400.dump"))[-1]
+    without = segment(folder, variables, 3000, 3400)
+    without_restart = list(read_dump(folder / "frames_3400.dump"))[-1]
+    assert with_restart.step == without_restart.step == 3400
+    difference_um = np.abs(with_restart.values[:, 3:6] - without_restart.values[:, 3:6]).max()
+    assert difference_um < 1e-8
+    np.testing.assert_allclose(with_restart.edges_um, without_restart.edges_um, rtol=1e-10)
+    table = np.concatenate([first.thermo, second.thermo[1:]])
+    np.testing.assert_allclose(table[:, :4], without.thermo[:, :4], rtol=1e-5)
+    for name in ("segment_3200.log", "segment_3400.log"):
+        text = (folder / name).read_text()
+        assert "Unused restart file" not in text
+        assert "WARNING" not in text
+
+
+def test_frames_of_a_segment_start_after_the_last_one_of_the_segment_before(folder, variables):
+    segment(folder, variables, 3000, 3100)
+    assert [frame.step for frame in read_dump(folder / "frames_3100.dump")] == [3050, 3100]
+
+
+def test_start_writes_step_0_and_its_frame_is_the_first(folder, variables):
+    for script in ("push_off", "start"):
+        assert run_lammps(ONE_RANK, f"{script}.lmp", variables, folder, f"{script}.log").ranks == 1
+    segment(folder, variables, 0, 50)
+    first, second = read_dump(folder / "frames_50.dump")
+    assert (first.step, second.step) == (0, 50)
+    pushed_off = (folder / "pushed_off.data").read_text().splitlines()
+    start = pushed_off.index("Atoms # sphere") + 2
+    rows = np.array([line.split() for line in pushed_off[start : start + len(first.values)]], dtype=float)
+    rows = rows[np.argsort(rows[:, 0])]
+    bounds = np.array([line.split()[:2] for line in pushed_off if line.endswith("hi")], dtype=float)
+    unwrapped_um = rows[:, 4:7] + rows[:, 7:10] * (bounds[:, 1] - bounds[:, 0])
+    np.testing.assert_allclose(first.values[:, 3:6], unwrapped_um, atol=1e-12)
+
+
+def test_two_ranks_follow_the_same_trajectory(folder, variables):
+    one = segment(folder, variables, 3000, 3050)
+    (alone,) = read_dump(folder / "frames_3050.dump")
+    two = segment(folder, variables, 3000, 3050, Launcher("lmp", "mpiexec", 2))
+    (together,) = read_dump(folder / "frames_3050.dump")
+    assert (one.ranks, two.ranks) == (1, 2)
+    np.testing.assert_allclose(together.values, alone.values, atol=1e-9)
+    assert " MPI tasks x 1 OpenMP threads" in (folder / "segment_3050.log").read_text()
+
+
+def test_launcher_that_starts_copies_of_one_rank_is_noticed(folder, variables, tmp_path):
+    launcher = tmp_path / "copies"
+    launcher.write_text('#!/bin/sh\nshift 2\n"$@"\n"$@"\n')  # ignores `-n 2`
+    launcher.chmod(0o755)
+    with pytest.raises(RunError) as error:
+        run_lammps(Launcher("lmp", str(launcher), 2), "push_off.lmp", variables, folder, "push_off.log")
+    assert str(error.value) == (
+        f"LAMMPS ran on 1 MPI ranks where dem.ranks asks for 2: check dem.launcher; log: {folder / 'push_off.log'}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"data": "missing.data"}, "missing.data"),
+        ({"coefficients": "push_off.lmp"}, "ERROR"),
+        ({"timestep_us": 5.0}, "ERROR"),
+    ],
+    ids=["missing file", "wrong coefficients", "exploding"],
+)
+def test_failure_of_lammps_is_passed_on_with_the_place_of_the_log(folder, variables, change, says):
+    with pytest.raises(RunError) as error:
+        for script in ("push_off", "start"):
+            run_lammps(ONE_RANK, f"{script}.lmp", {**variables, **change}, folder, f"{script}.log")
+        segment(folder, {**variables, **change}, 0, 500)
+    message = str(error.value)
+    assert message.startswith("LAMMPS: ")
+    assert says in message
+    log = Path(message.partition("; log: ")[2])
+    assert log.parent == folder
+    assert log.exists()
+    assert "\n" not in message
+
+
+def test_earlier_log_is_not_mistaken_for_that_of_a_run_that_wrote_none(folder, variables):
+    run_lammps(ONE_RANK, "push_off.lmp", variables, folder, "push_off.log")
+    for executable, says in (("true", "LAMMPS wrote no log"), ("false", "ended with exit code 1")):
+        with pytest.raises(RunError, match=says):
+            run_lammps(Launcher(executable, "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+
+
+def test_executable_that_cannot_start_shows_what_it_said(folder, variables, tmp_path):
+    broken = tmp_path / "lmp_broken"
+    broken.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
+    broken.chmod(0o755)
+    with pytest.raises(RunError, match=r"exit code 127: libmpi\.so\.12: cannot open shared object file"):
+        run_lammps(Launcher(str(broken), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+
+
+@pytest.mark.parametrize(
+    ("launcher", "key", "program"),
+    [
+        (Launcher("lmp_of_nobody", "mpiexec", 1), "dem.executable", "lmp_of_nobody"),
+        (Launcher("/no/such/lmp", "mpiexec", 2), "dem.executable", "/no/such/lmp"),
+        (Launcher("lmp", "mpiexec_of_nobody", 2), "dem.launcher", "mpiexec_of_nobody"),
+    ],
+)
+def test_missing_program_is_named_with_its_key(launcher, key, program):
+    with pytest.raises(InputError) as error:
+        launcher.command()
+    assert str(error.value) == f"{key}: {program!r} is not on PATH; give the name or path of an existing program"
+
+
+def test_command_lines():
+    python = sys.executable
+    assert Launcher(python, "not asked for", 1).command() == [python]
+    assert Launcher(f"{python} -k on", f"{python} --exact", 4).command() == [
+        python,
+        "--exact",
+        "-n",
+        "4",
+        python,
+        "-k",
+        "on",
+    ]
+
+
+def test_progress_is_fed_from_the_thermo_table(folder, variables):
+    calls = []
+    settings = {**variables, "from": 3000, "to": 3200}
+    log = run_lammps(
+        ONE_RANK, "slurry.lmp", settings, folder, "a.log", lambda step, density: calls.append((step, density))
+    )
+    assert [step for step, _ in calls] == [3000, 3050, 3100, 3150, 3200]
+    assert [density for _, density in calls] == log.thermo[:, 2].tolist()
+
+
+def test_progress_says_how_far_and_how_long():
+    said = []
+    progress = Progress("T1", 100, 1100, said.append, every_s=0.0)
+    progress(100, 1.0)  # the first row says nothing about the speed
+    assert said == []
+    progress(600, 1.5)
+    assert said[0].startswith("[T1] step 600 of 1100 (55%), density 1.500 g/cm3, 0 s, about 0 s left")
+
+
+def test_progress_is_not_said_more_often_than_asked_for():
+    said = []
+    progress = Progress("T1", 0, 1000, said.append, every_s=60.0)
+    for step in range(0, 1000, 100):
+        progress(step, 2.0)
+    assert said == []
