@@ -64,6 +64,12 @@ def last_frame(wildcards):
     return max(config["dem"]["restart_frames"]) if new else config["dem"]["frames"] - 1
 
 
+def dem_priority(wildcards):
+    """Training slurries first, so that learning goes on beside the held-out ones; the longest of each first."""
+    slurry = SLURRIES[wildcards.slurry]
+    return slurry.mass_units + (1000 if slurry.role == "train" else 0)
+
+
 def dem_minutes(wildcards, attempt):
     """Walltime of the DEM in minutes."""
     particle_steps = particles(wildcards) * last_frame(wildcards) * FRAME_STEPS

@@ -26,6 +26,7 @@ rule extract_frames:
         f"{RESULTS}/logs/extract_frames/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/extract_frames/{{slurry}}.tsv"
+    priority: dem_priority
     conda:
         "../../envs/analysis.yaml"
     shell:

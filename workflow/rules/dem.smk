@@ -23,6 +23,7 @@ rule generate_inputs:
         f"{RESULTS}/logs/generate_inputs/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/generate_inputs/{{slurry}}.tsv"
+    priority: dem_priority
     conda:
         "../../envs/dem.yaml"
     params:
@@ -53,6 +54,7 @@ rule run_slurry:
         f"{RESULTS}/logs/run_slurry/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/run_slurry/{{slurry}}.tsv"
+    priority: dem_priority
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]

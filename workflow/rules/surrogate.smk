@@ -25,7 +25,7 @@ if TRAINING_NEEDED:
             f"{RESULTS}/logs/train_surrogate/{{surrogate}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/train_surrogate/{{surrogate}}.tsv"
-        priority: 10  # the longest job behind the training slurries: everything else goes on beside it
+        priority: 1000  # the longest job: everything else goes on beside it
         conda:
             "../../envs/learning.yaml"
         threads: lambda wildcards: config["surrogate"][wildcards.surrogate]["threads"]
