@@ -5,7 +5,7 @@ PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 
-.PHONY: demo test lint clean-venv
+.PHONY: demo test lint reference clean-venv
 
 demo: .venv/installed
 	$(BIN)/snakemake --cores $(CORES) --quiet rules reason
@@ -21,6 +21,16 @@ lint: .venv/installed-test
 	for scale in config tiny reduced full; do \
 		$(BIN)/snakemake --cores $(CORES) --configfile config/$$scale.yaml --dry-run --quiet all || exit 1; \
 	done
+
+# The tracked copy of a demo run: tables, learning curves, versions, and the figures that the README shows or is read with.
+REFERENCE := results/reference/demo
+reference:
+	rm -rf $(REFERENCE)
+	mkdir -p $(REFERENCE)/figures $(REFERENCE)/models/vgg16
+	cp -r results/demo/tables results/demo/config.yaml results/demo/versions.json $(REFERENCE)
+	cp results/demo/models/vgg16/history.csv $(REFERENCE)/models/vgg16
+	cd results/demo/figures && cp workflow.png densification.png learning_curves_vgg16.png coordinates_vgg16_6.png \
+		density_vgg16.png rdf_vgg16.png costs_vgg16.png slurry_vgg16_4.png ../../reference/demo/figures
 
 .venv/installed: envs/requirements.txt envs/constraints.txt
 	@command -v $(PYTHON) >/dev/null || { \

@@ -64,4 +64,4 @@ rule tables:
         rules.compare_coordinates.output.table,
         rules.compare_rdf.output.table,
         rules.measure_equilibrium.output.table,
-        rules.collect_costs.output.table,
+        rules.compare_costs.output.table,

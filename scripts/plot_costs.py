@@ -1,11 +1,10 @@
 """Plot what the full DEM and the hybrid chain cost for each slurry, stage by stage.
 
-In:  cost.csv (columns stage, surrogate, slurry, wall_s, cpu_s), equilibrium.csv and the run.json of every slurry.
+In:  speedup.csv (seconds, as compare_costs.py writes it).
 Out: PNG; two bars a slurry, the full DEM and the hybrid run with its parts, and how many times one fits in the other.
 """
 
 import argparse
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +13,14 @@ from matplotlib.figure import Figure
 
 from slurrycast.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
 from slurrycast.files import run_main
-from slurrycast.speedup import HYBRID_PARTS, compare_costs, read_equilibrium, time_unit
+from slurrycast.speedup import HYBRID_PARTS, time_unit
 
 PART_COLOURS = dict(zip(HYBRID_PARTS, ("#a9b8c6", PREDICTED, FAINT, RELAXED), strict=True))
 AFTER = "#66788a"
 
 
 def draw_costs(comparison: pd.DataFrame) -> Figure:
-    """Draw the bars of one surrogate; rows of `comparison` as `speedup.compare_costs` returns them, in seconds."""
+    """Draw the bars of one surrogate; rows of `comparison` as `speedup.compare_costs` returns them."""
     figure = new_figure(9.5, 1.2 + 0.62 * len(comparison))
     axes = figure.subplots()
     length, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
@@ -62,21 +61,18 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cost-table", type=Path, required=True, help="tables/cost.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="run.json of every slurry")
+    parser.add_argument("--speedup", type=Path, required=True, help="tables/speedup.csv")
     parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
     parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
     return parser.parse_args()
 
 
 def main() -> None:
-    """Read the tables and draw the bars."""
+    """Read the table and draw the bars."""
     args = parse_args()
-    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
-    costs = pd.read_csv(args.cost_table, dtype={"slurry": str})
-    comparison = compare_costs(costs, read_equilibrium(args.equilibrium), {run["slurry"]: run for run in runs})
-    save_figure(draw_costs(comparison[comparison.surrogate == args.surrogate]), args.figure)
+    table = pd.read_csv(args.speedup, dtype={"slurry": str})
+    wall = table[(table.surrogate == args.surrogate) & (table.clock == "wall_s")]
+    save_figure(draw_costs(wall.reset_index(drop=True)), args.figure)
 
 
 if __name__ == "__main__":

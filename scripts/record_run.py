@@ -1,15 +1,19 @@
 """Record what a run was asked for and with which versions it was done.
 
 In: the effective configuration as JSON.
-Out: the same as YAML; versions of Python, of the packages that matter and of this workflow (git commit) as JSON.
+Out: the same as YAML; versions of Python, of the packages that matter and of this workflow (git commit) as JSON, with
+the machine on which this was recorded.
 """
 
 import argparse
 import json
 import platform
+import re
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
+import psutil
 import yaml
 
 from slurrycast.files import run_main, write_text
@@ -59,6 +63,15 @@ def git_commit() -> str:
         return "unknown"
 
 
+def processor() -> str:
+    """Model and number of processors, and memory."""
+    try:
+        model = re.search(r"^model name\s*: (.*)", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[1]
+    except (OSError, TypeError):
+        model = platform.machine()
+    return f"{psutil.cpu_count()} x {model}, {psutil.virtual_memory().total / 2**30:.0f} GiB"
+
+
 def main() -> None:
     """Write both files."""
     args = parse_args()
@@ -67,6 +80,7 @@ def main() -> None:
         "workflow_commit": git_commit(),
         "python": platform.python_version(),
         "platform": platform.platform(),
+        "machine": processor(),
         "packages": package_versions(),
     }
     write_text(args.versions, json.dumps(versions, indent=1) + "\n")

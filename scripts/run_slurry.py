@@ -87,19 +87,15 @@ def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
 
 
 def run_recorded(launcher: Launcher, script: str, variables: dict, work: Path, name: str, *progress: Progress) -> Log:
-    """Run LAMMPS and leave what it cost beside its log, for a later attempt that goes on from its result."""
+    """Run LAMMPS and leave what it cost beside its log: the mark, for a later attempt, that it finished well."""
     log = run_lammps(launcher, script, variables, work, f"{name}.log", *progress)
     write_text(work / f"{name}.json", json.dumps({"wall_s": log.wall_s, "cpu_s": log.cpu_s}))
     return log
 
 
 def recorded_cost(work: Path, name: str) -> dict[str, float]:
-    """What a LAMMPS process cost; by its log if the attempt was killed before it could be written down."""
-    record = work / f"{name}.json"
-    if record.exists():
-        return json.loads(record.read_text())
-    log = read_log(work / f"{name}.log")
-    return {"wall_s": log.wall_s, "cpu_s": log.cpu_s}
+    """What a LAMMPS process cost."""
+    return json.loads((work / f"{name}.json").read_text())
 
 
 def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launcher) -> list[Log]:
@@ -116,18 +112,18 @@ def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launc
         "thermo_every_steps": dem["thermo_every_steps"],
         "frame_every_steps": steps_per_frame(dem),
     }
-    done = [to for to in steps if (work / f"step_{to}.restart").exists()]
-    if not done:
+    if not (work / "start.json").exists():
         run_recorded(launcher, "push_off.lmp", variables, work, "push_off")
         run_recorded(launcher, "start.lmp", variables, work, "start")
-        done = [0]
-    elif done[-1]:
-        print(f"[{name}] goes on from step {done[-1]} of {steps[-1]}")
-    progress = Progress(name, done[-1], steps[-1], print)
+    # Not by the restart file: it is there before the log is complete.
+    done = max((to for to in steps if (work / f"segment_{to}.json").exists()), default=0)
+    if done:
+        print(f"[{name}] goes on from step {done} of {steps[-1]}")
+    progress = Progress(name, done, steps[-1], print)
     logs = []
     for first, last in pairwise(steps):
         segment = f"segment_{last}"
-        if last <= done[-1]:
+        if last <= done:
             logs.append(read_log(work / f"{segment}.log"))
         else:
             ends = {**variables, "from": first, "to": last}

@@ -47,6 +47,7 @@ def parse_args() -> argparse.Namespace:
     add("--rdf-errors", "tables/rdf_errors.csv")
     add("--equilibrium", "tables/equilibrium.csv")
     add("--cost-table", "tables/cost.csv")
+    add("--speedup", "tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="names, in the order of the next two")
     add("--models", "model.keras of each surrogate", nargs="+")
     add("--histories", "history.csv of each surrogate", nargs="+")
@@ -70,6 +71,7 @@ def main() -> None:
         rdf_errors=read_table(args.rdf_errors),
         equilibrium=read_equilibrium(args.equilibrium),
         costs=read_table(args.cost_table),
+        speedup=read_table(args.speedup),
         histories=dict(zip(args.surrogates, map(pd.read_csv, args.histories), strict=True)),
         networks=dict(zip(args.surrogates, map(read_network, args.models), strict=True)),
         figures={path.stem: path for path in args.figures},

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from slurrycast.dependencies import modules
+from slurrycast.dependencies import PLUMBING, modules
 
 LOADED = """
 import json, pathlib, runpy, sys
@@ -26,9 +26,8 @@ def test_modules_are_those_that_python_loads(root, script):
     path = root / "scripts" / f"{script}.py"
     done = subprocess.run([sys.executable, "-c", LOADED, path], capture_output=True, text=True, check=True, cwd=root)
     loaded = {file.removeprefix(f"{root}/") for file in json.loads(done.stdout.splitlines()[-1])}
-    assert loaded - {"scripts/slurrycast/__init__.py"} == set(modules(f"scripts/{script}.py")) - {
-        "scripts/slurrycast/__init__.py"
-    }
+    package = {"scripts/slurrycast/__init__.py"}
+    assert loaded - package - PLUMBING == set(modules(f"scripts/{script}.py")) - package
 
 
 def test_surrogate_is_added():
@@ -36,7 +35,9 @@ def test_surrogate_is_added():
     assert "scripts/slurrycast/surrogates/vgg16.py" in modules("scripts/predict_slurry.py", "vgg16")
 
 
-@pytest.mark.parametrize("module", ["rdf", "errors", "figures", "report", "surrogates/vgg16", "equilibrium"])
-def test_no_dem_depends_on_analysis(module):
+@pytest.mark.parametrize(
+    "module", ["files", "costs", "rdf", "errors", "figures", "report", "surrogates/vgg16", "equilibrium"]
+)
+def test_no_dem_depends_on_analysis_or_plumbing(module):
     for script in ("generate_inputs", "run_slurry"):
         assert f"scripts/slurrycast/{module}.py" not in modules(f"scripts/{script}.py")

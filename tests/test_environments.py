@@ -10,6 +10,7 @@ from packaging.utils import canonicalize_name
 
 ENVS = Path(__file__).resolve().parents[1] / "envs"
 CONDA_FILES = sorted(ENVS.glob("*.yaml"))
+REQUIREMENTS = ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt"]
 
 
 def requirements(name: str) -> list[Requirement]:
@@ -34,7 +35,9 @@ def test_conda_files_install_the_pins_of_the_requirements(path):
         assert str(requirement) == str(pinned[canonicalize_name(requirement.name)])
 
 
-@pytest.mark.parametrize("name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"])
+@pytest.mark.parametrize(
+    "name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"]
+)
 def test_every_package_is_pinned_to_one_version(name):
     found = requirements(name)
     assert found
@@ -43,14 +46,16 @@ def test_every_package_is_pinned_to_one_version(name):
         assert "*" not in str(requirement.specifier), requirement
 
 
-@pytest.mark.parametrize("name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"])
+@pytest.mark.parametrize(
+    "name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"]
+)
 def test_no_package_stands_twice(name):
     """For one Python at least: a marker may choose between two versions."""
     keys = Counter((canonicalize_name(r.name), str(r.marker)) for r in requirements(name))
     assert [key for key, count in keys.items() if count > 1] == []
 
 
-@pytest.mark.parametrize("name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt"])
+@pytest.mark.parametrize("name", REQUIREMENTS)
 def test_constraints_hold_only_what_the_requirements_do_not(name):
     assert pins("constraints.txt").keys() & pins(name).keys() == set()
 

@@ -215,9 +215,7 @@ def test_mdanalysis_dump_reader_moves_the_origin_to_the_box_corner(slurry):
     """Its coordinates start at the corner of each frame's own box: in a shrinking box that adds a motion."""
     with read_frames(slurry / "frames.h5") as store:
         universe = MDAnalysis.Universe.empty(len(store.particles), trajectory=True)
-        universe.load_new(
-            str(slurry / "dump.lammpstrj"), format="LAMMPSDUMP", lammps_coordinate_convention="unwrapped"
-        )
+        universe.load_new(str(slurry / "dump.lammpstrj"), format="LAMMPSDUMP", lammps_coordinate_convention="unwrapped")
         assert len(universe.trajectory) == 121
         for k, moment in enumerate(universe.trajectory):
             lower_um, _ = store.box(k)

@@ -198,6 +198,9 @@ def results(tmp_path, model) -> Results:
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
         costs=costs,
+        speedup=pd.concat(
+            [compare_costs(costs, equilibrium, dict.fromkeys(roles, run), clock) for clock in ("wall_s", "cpu_s")]
+        ),
         histories={"net": history},
         networks={"net": read_network(model)},
         figures=figures,
@@ -232,7 +235,10 @@ def test_costs_are_compared_slurry_by_slurry(results):
 
 def test_dem_seconds_count_cut_segments_by_their_steps():
     segments = [(0, 100, 1.0), (100, 200, 1.0), (200, 400, 6.0)]
-    run = {"start": {"wall_s": 0.5}, "segments": [dict(step_start=a, step_end=b, wall_s=s) for a, b, s in segments]}
+    run = {
+        "start": {"wall_s": 0.5},
+        "segments": [{"step_start": a, "step_end": b, "wall_s": s} for a, b, s in segments],
+    }
     for steps, seconds in ((0, 0.5), (50, 1.0), (200, 2.5), (250, 4.0), (400, 8.5), (1000, 8.5)):
         assert dem_seconds(run, steps) == pytest.approx(seconds)
 

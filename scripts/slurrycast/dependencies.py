@@ -6,6 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SURROGATES = "scripts/slurrycast/surrogates"
+# How files are moved into place and seconds are counted: used by all scripts, and no reason to repeat a run of days.
+PLUMBING = {"scripts/slurrycast/files.py", "scripts/slurrycast/costs.py"}
 
 
 @functools.cache
@@ -23,9 +25,9 @@ def _imports(path: str) -> frozenset[str]:
 def modules(script: str, surrogate: str | None = None) -> list[str]:
     """Files of the package that `script` imports, and those of the `surrogate` that it loads by name.
 
-    Paths are relative to the project folder, sorted.
+    Without PLUMBING. Paths are relative to the project folder, sorted.
     """
     files = _imports(script)
     if surrogate is not None and (ROOT / f"{SURROGATES}/{surrogate}.py").is_file():
         files |= {f"{SURROGATES}/{surrogate}.py"} | _imports(f"{SURROGATES}/{surrogate}.py")
-    return sorted(files)
+    return sorted(files - PLUMBING)

@@ -33,7 +33,7 @@ def compare_costs(
     """Seconds of each part for every slurry that went through the hybrid chain, in the order of `equilibrium`.
 
     `costs` is tables/cost.csv, `equilibrium` tables/equilibrium.csv, `runs` the content of run.json by slurry; `clock`
-    is wall_s or cpu_s. Columns: surrogate, slurry, particles, one a stage of HYBRID_PARTS, hybrid, dem,
+    is wall_s or cpu_s. Columns: surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid, dem,
     dem_to_equilibrium, ratio (dem / hybrid), ratio_to_equilibrium. The last four are NaN where the DEM was not run to
     the end, or does not reach equilibrium before it.
     """
@@ -53,7 +53,7 @@ def compare_costs(
                 steps = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
                 to_equilibrium = dem_seconds(run, steps, clock)
             rows.append(
-                {"surrogate": surrogate, "slurry": slurry.slurry, "particles": slurry.particles}
+                {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
                 | parts
                 | {
                     "hybrid": hybrid,

@@ -9,7 +9,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     rdf/{surrogate}/{slurry}.csv
-    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, cost.csv
+    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, cost.csv, speedup.csv
 """
 
 
@@ -194,4 +194,30 @@ rule collect_costs:
     shell:
         "python {input.script:q} --costs {input.costs:q} --run-json {input.runs:q} --input-steps {params.input_steps}"
         " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_costs:
+    input:
+        script="scripts/compare_costs.py",
+        modules=modules("scripts/compare_costs.py"),
+        cost=rules.collect_costs.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+    output:
+        table=report(
+            f"{RESULTS}/tables/speedup.csv",
+            caption="../report/speedup.rst",
+            category="Tables",
+            labels={"table": "speed-up"},
+        ),
+    log:
+        f"{RESULTS}/logs/compare_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_costs.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
+        " --run-json {input.runs:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"

@@ -244,9 +244,7 @@ rule plot_costs:
     input:
         script="scripts/plot_costs.py",
         modules=modules("scripts/plot_costs.py"),
-        cost=rules.collect_costs.output.table,
-        equilibrium=rules.measure_equilibrium.output.table,
-        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        speedup=rules.compare_costs.output.table,
     output:
         figure=report(
             f"{RESULTS}/figures/costs_{{surrogate}}.png",
@@ -261,8 +259,8 @@ rule plot_costs:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
-        " --run-json {input.runs:q} --surrogate {wildcards.surrogate:q} --figure {output.figure:q}"
+        "python {input.script:q} --speedup {input.speedup:q} --surrogate {wildcards.surrogate:q}"
+        " --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -280,6 +278,7 @@ rule write_report:
         rdf_errors=rules.compare_rdf.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         cost=rules.collect_costs.output.table,
+        speedup=rules.compare_costs.output.table,
         models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=SURROGATES),
         histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=SURROGATES),
         figures=[
@@ -311,6 +310,7 @@ rule write_report:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
         " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
+        " --speedup {input.speedup:q}"
         " --surrogates {params.surrogates:q} --models {input.models:q} --histories {input.histories:q}"
         " --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"

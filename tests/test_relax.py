@@ -1,0 +1,140 @@
+"""A microstructure with random overlaps, wrapped into its box and relaxed by LAMMPS."""
+
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from slurrycast.frames import Frame, read_frames, write_frames
+from slurrycast.periodic import to_cartesian, wrap
+
+SETTINGS = {"steps": 1500, "push_off_iterations": 200, "pressure_damping_us": 1000.0}
+PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
+
+
+@pytest.fixture(scope="module")
+def relaxed(slurry, tmp_path_factory, command):
+    """Folder with a prediction as bad as can be, random places some boxes away, and what became of it."""
+    folder = tmp_path_factory.mktemp("relaxed slurry")
+    rng = np.random.default_rng(3)
+    with read_frames(slurry / "frames.h5") as store:
+        lower_um, edges_um = (1.1 * length for length in store.box(120))
+        scaled = rng.uniform(-2, 3, (len(store.particles), 3))
+        frame = Frame(
+            number=120,
+            step=500,
+            time_us=1.0,
+            position_um=to_cartesian(scaled, lower_um, edges_um),
+            scaled_position=scaled,
+            coordination=np.full(len(scaled), -1, dtype=np.int32),
+            lower_um=lower_um,
+            edges_um=edges_um,
+        )
+        attributes = {"slurry": "A", "surrogate": "random", "stage": "predicted", "box_scale": 1.1}
+        write_frames(folder / "predicted.h5", store.particles, [frame], attributes)
+    files = {"wrapped": folder / "wrapped.data", "predicted": folder / "predicted.h5", "inputs": slurry / "inputs.json"}
+    forces = {"coefficients": slurry / "coefficients.lmp", "push_off": slurry / "push_off.lmp"}
+    outputs = {"relaxed_data": folder / "relaxed.data", "relaxed": folder / "relaxed.h5", "cost": folder / "cost.json"}
+    for words in (
+        command("wrap_slurry", **files, cost=folder / "wrap_cost.json"),
+        command(
+            "relax_slurry", **files, **forces, **outputs, settings=json.dumps(SETTINGS), work=folder / "work folder"
+        ),
+    ):
+        subprocess.run(words, check=True)
+    return folder
+
+
+def atoms(path) -> np.ndarray:
+    """Rows id, type, diameter, density, x, y, z, sorted by id, of a data file; velocities and image flags left out."""
+    lines = path.read_text().splitlines()
+    start = lines.index("Atoms # sphere") + 2
+    count = next(int(line.split()[0]) for line in lines if line.endswith(" atoms"))
+    rows = np.array([line.split()[:7] for line in lines[start : start + count]], dtype=float)
+    return rows[np.argsort(rows[:, 0])]
+
+
+def test_wrapped_data_are_the_prediction_inside_its_box(relaxed):
+    rows = atoms(relaxed / "wrapped.data")
+    with read_frames(relaxed / "predicted.h5") as store:
+        lower_um, edges_um = store.box(120)
+        assert ((rows[:, 4:] >= lower_um) & (rows[:, 4:] < lower_um + edges_um)).all()
+        np.testing.assert_array_equal(rows[:, 4:], wrap(store.position_um(120), lower_um, edges_um))
+        np.testing.assert_array_equal(rows[:, 0], store.particles.id)
+        np.testing.assert_array_equal(rows[:, 1], store.particles.type)
+        np.testing.assert_allclose(rows[:, 2], 2 * store.particles.radius_um)
+
+
+def test_relaxed_microstructure_is_sane(relaxed):
+    with read_frames(relaxed / "relaxed.h5") as store:
+        k = store.last
+        position_um, (lower_um, edges_um) = store.position_um(k), store.box(k)
+        assert np.isfinite(position_um).all()
+        assert 1.9 < store.density_g_cm3(k) < 2.4
+        assert 3 < store.coordination(k).mean() < 8
+        np.testing.assert_allclose(lower_um, -edges_um / 2, atol=1e-9)
+        np.testing.assert_allclose(
+            position_um, to_cartesian(store.scaled_position(k), lower_um, edges_um), rtol=0, atol=1e-9
+        )
+        shift_um = position_um[:, None] - position_um[None]
+        shift_um -= edges_um * np.rint(shift_um / edges_um)
+        reach_um = store.particles.radius_um[:, None] + store.particles.radius_um[None]
+        closeness = np.linalg.norm(shift_um, axis=2) / reach_um + 2 * np.eye(len(position_um))
+        assert closeness.min() > 0.9
+
+
+def test_relaxed_store_says_where_it_comes_from(relaxed):
+    with read_frames(relaxed / "relaxed.h5") as store, read_frames(relaxed / "predicted.h5") as predicted:
+        assert store.frame_numbers.tolist() == [120]
+        assert store.steps.tolist() == [1500]
+        assert store.times_us.tolist() == pytest.approx([3.0])
+        for name in ("slurry", "surrogate", "box_scale"):
+            assert store.attributes[name] == predicted.attributes[name]
+        assert store.attributes["stage"] == "relaxed"
+        assert json.loads(store.attributes["relaxation"]) == SETTINGS
+        assert store.particles.phase_names == predicted.particles.phase_names
+        for name in PARTICLES:
+            np.testing.assert_array_equal(getattr(store.particles, name), getattr(predicted.particles, name))
+
+
+def test_relaxed_data_file_holds_the_same_microstructure(relaxed):
+    rows = atoms(relaxed / "relaxed.data")
+    with read_frames(relaxed / "relaxed.h5") as store:
+        k = store.last
+        lower_um, edges_um = store.box(k)
+        shift_um = rows[:, 4:] - store.position_um(k)
+        shift_um -= edges_um * np.rint(shift_um / edges_um)
+        np.testing.assert_allclose(shift_um, 0, atol=1e-9)
+        np.testing.assert_allclose(rows[:, 2], 2 * store.particles.radius_um)
+        lines = (relaxed / "relaxed.data").read_text().splitlines()
+        bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
+        np.testing.assert_allclose(bounds, np.column_stack([lower_um, lower_um + edges_um]), rtol=1e-12)
+
+
+def test_cost_and_work_folder(relaxed):
+    cost = json.loads((relaxed / "cost.json").read_text())
+    assert (cost["stage"], cost["surrogate"], cost["slurry"], cost["steps"]) == ("relax_slurry", "random", "A", 1500)
+    assert cost["cpu_s"] > 0.05
+    assert not (relaxed / "work folder").exists()
+
+
+def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, slurry, tmp_path, command):
+    words = command(
+        "relax_slurry",
+        wrapped=relaxed / "wrapped.data",
+        predicted=relaxed / "predicted.h5",
+        inputs=slurry / "inputs.json",
+        coefficients=slurry / "push_off.lmp",  # not those of the real forces
+        push_off=slurry / "push_off.lmp",
+        settings=json.dumps(SETTINGS),
+        work=tmp_path / "work",
+        relaxed_data=tmp_path / "relaxed.data",
+        relaxed=tmp_path / "relaxed.h5",
+        cost=tmp_path / "cost.json",
+    )
+    result = subprocess.run(words, capture_output=True, text=True)
+    assert result.returncode == 1
+    assert result.stderr.startswith("error: LAMMPS: ERROR: ")
+    assert result.stderr.endswith(f"; log: {tmp_path / 'work' / 'relax.log'}\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["work"]
