@@ -2,8 +2,8 @@
 
 In: cost.csv, equilibrium.csv and the run.json of every slurry.
 Out: a table (CSV, seconds): surrogate, slurry, clock (wall_s or cpu_s), particles, the parts of the hybrid chain and
-their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain; empty where a slurry was
-not run to the end or did not reach equilibrium. Start-up of LAMMPS counts on both sides.
+their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain; empty where a slurry
+was not run to the end or did not reach equilibrium. Start-up of LAMMPS counts on both sides.
 """
 
 import argparse
