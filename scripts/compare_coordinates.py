@@ -16,6 +16,9 @@ from slurrycast.errors import AXES, coordinate_errors, true_box_errors
 from slurrycast.files import InputError, run_main, write_text
 from slurrycast.frames import FrameStore, read_frames
 
+MEASURES = ("mse_um2", "mae_um", "r2")
+COLUMNS = ("surrogate", "slurry", "axis", *MEASURES, *(f"{measure}_true_box" for measure in MEASURES))
+
 
 def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> list[dict]:
     """Rows of the table for one prediction; InputError if the two files hold different particles."""
@@ -37,9 +40,15 @@ def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> lis
 def parse_args() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="predicted structures (HDF5)")
     parser.add_argument(
-        "--frames", type=Path, nargs="+", required=True, help="DEM frames (HDF5), one for each --predicted, in order"
+        "--predicted",
+        type=Path,
+        nargs="*",
+        default=[],
+        help="predicted structures (HDF5), none where all slurries are new",
+    )
+    parser.add_argument(
+        "--frames", type=Path, nargs="*", default=[], help="DEM frames (HDF5), one for each --predicted, in order"
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="table of errors to write (CSV)")
@@ -58,7 +67,7 @@ def main() -> None:
         for predicted_path, dem_path in zip(args.predicted, args.frames, strict=True):
             with read_frames(predicted_path) as predicted, read_frames(dem_path) as dem:
                 rows += error_rows(predicted, dem, args.target_frame)
-        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

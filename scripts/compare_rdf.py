@@ -13,6 +13,8 @@ from slurrycast.costs import measured_cost
 from slurrycast.files import InputError, run_main, write_text
 from slurrycast.rdf import mean_absolute_difference
 
+COLUMNS = ("surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference")
+
 
 def difference_rows(path: Path) -> list[dict]:
     """Rows of the table for the curves of one slurry; InputError if they have no target."""
@@ -36,7 +38,9 @@ def difference_rows(path: Path) -> list[dict]:
 def parse_args() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rdf", type=Path, nargs="+", required=True, help="curves of slurries with a target (CSV)")
+    parser.add_argument(
+        "--rdf", type=Path, nargs="*", default=[], help="curves of slurries with a target (CSV), none where all are new"
+    )
     parser.add_argument("--table", type=Path, required=True, help="table of differences to write (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
     return parser.parse_args()
@@ -47,7 +51,7 @@ def main() -> None:
     args = parse_args()
     with measured_cost(args.cost, "compare_rdf"):
         rows = [row for path in args.rdf for row in difference_rows(path)]
-        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -28,7 +28,13 @@ def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> di
 def parse_args() -> argparse.Namespace:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=Path, nargs="+", required=True, help="DEM frames, run to the end (HDF5)")
+    parser.add_argument(
+        "--frames",
+        type=Path,
+        nargs="*",
+        default=[],
+        help="DEM frames of slurries run to the end (HDF5), none where all are new",
+    )
     parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="relaxed structures (HDF5)")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
     parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")

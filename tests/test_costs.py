@@ -28,6 +28,27 @@ def record(tmp_path, root):
 
 
 def test_cpu_of_child_processes_counts(record):
+    idle = record("pass")
+    busy = record(f"subprocess.run([sys.executable, '-c', {BUSY!r}])")
+    assert 0.45 < busy["cpu_s"] - idle["cpu_s"] < 1.5
+    assert busy["wall_s"] >= 0.5
+
+
+def test_own_cpu_counts_and_sleep_does_not(record):
+    idle = record("time.sleep(0.5)")
+    busy = record(BUSY)
+    assert idle["wall_s"] >= 0.5
+    assert busy["cpu_s"] - idle["cpu_s"] > 0.3
+
+
+def test_start_up_of_the_process_counts(tmp_path):
+    started = time.time() - psutil.Process().create_time()
+    with measured_cost(tmp_path / "cost.json", "stage"):
+        pass
+    assert read_cost(tmp_path / "cost.json").wall_s >= started
+
+
+def test_peak_memory_is_that_of_the_largest_process(record):
     # A process starts with the peak of the one that started it, which may be that of all tests so far.
     idle = record("pass")["max_rss_mb"]
     child = record(f"subprocess.run([sys.executable, '-c', 'x = bytes(1) * {int(idle) + 200} * 2**20'])")
