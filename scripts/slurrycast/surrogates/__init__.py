@@ -16,6 +16,7 @@ A new one is a module and a line in the registry below. A surrogate is a module 
 
 import importlib
 import os
+from pathlib import Path
 from types import ModuleType
 
 from slurrycast.files import InputError
@@ -24,6 +25,18 @@ _MODULES = {
     "vgg16": "slurrycast.surrogates.vgg16",
 }
 NAMES = tuple(_MODULES)
+
+
+def start_keras() -> None:
+    """Import Keras without TensorFlow's greeting, which its C++ part writes to stderr whatever the log level."""
+    stderr = os.dup(2)
+    try:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        import keras  # noqa: F401
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 def load(name: str) -> ModuleType:

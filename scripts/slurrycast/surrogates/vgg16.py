@@ -24,6 +24,7 @@ import psutil
 
 from slurrycast.dataset import TrainingSet
 from slurrycast.files import InputError, moved_into_place, write_text
+from slurrycast.surrogates import start_keras
 
 if TYPE_CHECKING:
     import keras
@@ -241,6 +242,7 @@ def _fingerprint(training_set: TrainingSet, settings: Mapping[str, float]) -> st
 
 
 def _make_deterministic(seed: int, threads: int) -> None:
+    start_keras()
     import keras
     import tensorflow as tf
 
@@ -322,6 +324,7 @@ def predict(model_path: str | Path, features: np.ndarray) -> np.ndarray:
     Any Keras model with these shapes will do. float32 inside: coordinates of 100 um keep 1e-5 um. InputError if the
     file is no Keras model or does not fit the features.
     """
+    start_keras()
     import keras
 
     try:
