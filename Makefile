@@ -18,6 +18,10 @@ lint: .venv/installed-test
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
+	for python in 3.11 3.12 3.13; do \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --ignore-installed --no-deps \
+			--only-binary :all: --python-version $$python --target .venv/none -r envs/requirements-test.txt || exit 1; \
+	done
 	for scale in config tiny reduced full; do \
 		$(BIN)/snakemake --cores $(CORES) --configfile config/$$scale.yaml --dry-run --quiet all || exit 1; \
 	done

@@ -4,7 +4,7 @@
     snakemake --cores 2 --configfile config/reduced.yaml     another scale
     snakemake --cores 2 slurries                             one stage and what it needs; the targets are in this file
 
-Rules stand in workflow/rules in the order in which a particle passes through them. Each has a script of its name.
+Rules stand in workflow/rules in the order in which a particle passes through them; scripts/ has a script for each.
 """
 
 from snakemake.utils import min_version
@@ -27,12 +27,32 @@ include: "workflow/rules/report.smk"
 report: "workflow/report/workflow.rst"
 
 
+# Jobs of a second or two, which a queueing system would only delay.
 localrules:
     all,
     slurries,
     models,
     microstructures,
     tables,
+    generate_inputs,
+    assemble_dataset,
+    wrap_slurry,
+    measure_equilibrium,
+    measure_density,
+    compare_coordinates,
+    compare_rdf,
+    collect_costs,
+    compare_costs,
+    record_run,
+    draw_rules,
+    plot_workflow,
+    plot_densification,
+    plot_learning_curves,
+    plot_coordinates,
+    plot_density,
+    plot_rdf,
+    plot_costs,
+    write_report,
 
 
 rule all:

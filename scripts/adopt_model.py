@@ -1,6 +1,6 @@
 """Use a model that was trained elsewhere: check that it fits this run, and copy it to where the workflow looks for it.
 
-In: a trained model (.keras); a history.csv beside it is taken along.
+In: a trained model (.keras), and the history.csv beside it if there is one.
 Out: the model and its learning curves (CSV with no rows where none are known).
 """
 
@@ -16,14 +16,14 @@ from slurrycast.files import InputError, moved_into_place, run_main, write_text
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--surrogate", required=True, help="name under which the model is used")
     parser.add_argument("--trained", required=True, type=Path, help="in: trained model (.keras)")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
-    parser.add_argument("--model", required=True, help="out: the model")
-    parser.add_argument("--history", required=True, help="out: its learning curves, CSV")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_argument("--model", required=True, help="out: the same model (.keras)")
+    parser.add_argument("--history", required=True, help="out: its learning curves (CSV)")
+    parser.add_argument("--cost", required=True, help="out: cost record (JSON)")
     return parser.parse_args()
 
 

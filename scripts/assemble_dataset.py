@@ -17,7 +17,7 @@ from slurrycast.frames import read_frames
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", required=True, nargs="+", help="in: frame stores of the training slurries")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")

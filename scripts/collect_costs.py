@@ -1,8 +1,9 @@
 """Collect the cost records of all jobs in one table.
 
-Reads cost records and the run.json of DEM runs. Writes one row a job, in the order of the workflow and, within a stage,
-of the arguments: particles, steps (of the DEM), wall_s, cpu_s, max_rss_mb. A further stage, run_slurry_to_input, is the
-part of each DEM run up to the last input frame: all that a hybrid run needs of it.
+In: cost records in the order of the workflow, and the run.json of every DEM run.
+Out: a table (CSV) of one row a job in the same order: stage, surrogate, slurry, particles, steps (of the DEM), wall_s,
+cpu_s, max_rss_mb. Right after run_slurry stands run_slurry_to_input: the part of each DEM run up to the last input
+frame, which is all that a hybrid run needs of it.
 """
 
 import argparse
@@ -15,29 +16,6 @@ import pandas as pd
 from slurrycast.costs import Cost, read_cost
 from slurrycast.files import InputError, run_main, write_text
 from slurrycast.speedup import dem_seconds
-
-STAGES = (
-    "generate_inputs",
-    "run_slurry",
-    "run_slurry_to_input",
-    "extract_frames",
-    "assemble_dataset",
-    "train_surrogate",
-    "adopt_model",
-    "predict_slurry",
-    "wrap_slurry",
-    "relax_slurry",
-    "measure_density",
-    "measure_equilibrium",
-    "compare_coordinates",
-    "compute_rdf",
-    "compare_rdf",
-)
-
-
-def workflow_order(stage: str) -> int:
-    """Place of the stage in the workflow; what comes after the analysis (figures, report) is last."""
-    return STAGES.index(stage) if stage in STAGES else len(STAGES)
 
 
 def cost_to_input(path: Path, input_steps: int) -> dict:
@@ -54,12 +32,12 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--costs", type=Path, nargs="+", required=True, help="cost records of the jobs (JSON)")
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="run.json of every DEM run")
+    parser.add_argument("--costs", type=Path, nargs="+", required=True, help="in: cost records of all jobs (JSON)")
+    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every DEM run")
     parser.add_argument("--input-steps", type=int, required=True, help="DEM step of the last input frame")
-    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of costs (CSV)")
     return parser.parse_args()
 
 
@@ -67,8 +45,8 @@ def main() -> None:
     """Collect all records and write the table."""
     args = parse_args()
     rows = [asdict(read_cost(path)) for path in args.costs]
-    rows += [cost_to_input(path, args.input_steps) for path in args.run_json]
-    rows.sort(key=lambda row: workflow_order(row["stage"]))
+    after_dem = max((place for place, row in enumerate(rows, 1) if row["stage"] == "run_slurry"), default=0)
+    rows[after_dem:after_dem] = [cost_to_input(path, args.input_steps) for path in args.run_json]
     table = pd.DataFrame(rows).astype({"particles": "Int64", "steps": "Int64"})
     write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
 

@@ -1,8 +1,8 @@
 """Compare predicted with simulated final coordinates, for any number of surrogates and slurries.
 
-Reads pairs of frame stores: a predicted structure and the DEM frames of the same slurry at the target frame. Writes one
-row for each axis (x, y, z, all) with MSE (um2), MAE (um) and R2 of the unwrapped coordinates about the box centre,
-common shift removed, and the same with suffix _true_box for the prediction rescaled to the DEM's box.
+In: pairs of frame stores (HDF5): a predicted structure, and the DEM frames of the same slurry with the target frame.
+Out: a table (CSV) of one row for each pair and axis (x, y, z, all) with MSE (um2), MAE (um) and R2 of the unwrapped
+coordinates less their mean, and the same with suffix _true_box for the prediction rescaled to the DEM's box.
 """
 
 import argparse
@@ -38,21 +38,21 @@ def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> lis
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--predicted",
         type=Path,
         nargs="*",
         default=[],
-        help="predicted structures (HDF5), none where all slurries are new",
+        help="in: predicted structures (HDF5), none where all slurries are new",
     )
     parser.add_argument(
-        "--frames", type=Path, nargs="*", default=[], help="DEM frames (HDF5), one for each --predicted, in order"
+        "--frames", type=Path, nargs="*", default=[], help="in: DEM frames (HDF5), one for each --predicted, in order"
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
-    parser.add_argument("--table", type=Path, required=True, help="table of errors to write (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of errors (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     if len(args.predicted) != len(args.frames):
         parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")

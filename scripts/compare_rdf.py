@@ -1,7 +1,8 @@
 """Compare the radial distribution functions of relaxed structures with those of the DEM's target structures.
 
-Reads the curves of any number of surrogates and slurries, all with a target. Writes one row for each pair of phases:
-end of the range r_max_um, number of bins, and the mean over the bins of |g_dem - g_relaxed|, dimensionless.
+In: the curves (CSV) of any number of surrogates and slurries, all with a target.
+Out: a table (CSV) of one row for each of them and pair of phases: end of the range r_max_um, number of bins, and the
+mean over the bins of |g_dem - g_relaxed|, dimensionless.
 """
 
 import argparse
@@ -12,13 +13,14 @@ import pandas as pd
 from slurrycast.costs import measured_cost
 from slurrycast.files import InputError, run_main, write_text
 from slurrycast.rdf import mean_absolute_difference
+from slurrycast.tables import read_table
 
 COLUMNS = ("surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference")
 
 
 def difference_rows(path: Path) -> list[dict]:
     """Rows of the table for the curves of one slurry; InputError if they have no target."""
-    curves = pd.read_csv(path, dtype={"surrogate": str, "slurry": str})
+    curves = read_table(path)
     if curves["g_dem"].isna().any():
         raise InputError(f"{path}: g_dem is empty, only slurries with a target can be compared")
     return [
@@ -36,13 +38,17 @@ def difference_rows(path: Path) -> list[dict]:
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--rdf", type=Path, nargs="*", default=[], help="curves of slurries with a target (CSV), none where all are new"
+        "--rdf",
+        type=Path,
+        nargs="*",
+        default=[],
+        help="in: curves of slurries with a target (CSV), none where all are new",
     )
-    parser.add_argument("--table", type=Path, required=True, help="table of differences to write (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of differences (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     return parser.parse_args()
 
 

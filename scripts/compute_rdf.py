@@ -1,8 +1,9 @@
 """Compute the radial distribution functions of one slurry: target (DEM), predicted and relaxed structure.
 
-Reads three frame stores. Writes one row for each pair of phases (`all` and the pair asked for) and bin: r_um, the
-centre of the bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin
-width is cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
+In: frame stores (HDF5) of the DEM, the predicted and the relaxed structure.
+Out: a table (CSV) of one row for each pair of phases (`all` and the pair asked for) and bin: r_um, the centre of the
+bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin width is
+cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
 """
 
 import argparse
@@ -50,17 +51,17 @@ def rdf_table(
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=Path, required=True, help="DEM frames of the slurry (HDF5)")
-    parser.add_argument("--predicted", type=Path, required=True, help="predicted structure (HDF5)")
-    parser.add_argument("--relaxed", type=Path, required=True, help="relaxed structure (HDF5)")
+    parser.add_argument("--frames", type=Path, required=True, help="in: DEM frames of the slurry (HDF5)")
+    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted structure (HDF5)")
+    parser.add_argument("--relaxed", type=Path, required=True, help="in: relaxed structure (HDF5)")
     parser.add_argument("--target-frame", type=int, help="number of the DEM frame to compare with; omit if it has none")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
     parser.add_argument("--pair", nargs=2, required=True, metavar="PHASE", help="two phases, beside all particles")
-    parser.add_argument("--rdf", type=Path, required=True, help="curves to write (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    parser.add_argument("--rdf", type=Path, required=True, help="out: curves (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     return parser.parse_args()
 
 

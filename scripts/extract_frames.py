@@ -15,12 +15,14 @@ import numpy as np
 
 from slurrycast.costs import measured_cost
 from slurrycast.files import InputError, run_main
-from slurrycast.frames import Frame, Particles, read_frames, write_frames
+from slurrycast.frames import Frame, FrameStore, Particles, read_frames, write_frames
 from slurrycast.lammps_dump import DumpFrame, read_dump
+from slurrycast.lammps_run import steps_per_frame
+from slurrycast.recipe import sphere_volume_um3
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--dump", required=True, type=Path, help="in: LAMMPS text dump")
     parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
@@ -47,7 +49,7 @@ def particles_of(inputs: dict, dump: Path, frame: DumpFrame) -> Particles:
         phase=np.array([row["phase_index"] for row in rows]),
         size_class=np.array([row["size_class"] for row in rows]),
         radius_um=radius_um,
-        mass_pg=np.array([row["density_g_cm3"] for row in rows]) * 4 / 3 * np.pi * radius_um**3,
+        mass_pg=np.array([row["density_g_cm3"] for row in rows]) * sphere_volume_um3(2 * radius_um),
         phase_names=tuple(dict.fromkeys(row["phase"] for row in inputs["types"])),
     )
 
@@ -66,38 +68,51 @@ def as_frame(frame: DumpFrame, number: int, timestep_us: float) -> Frame:
     )
 
 
+def frames_of(dump: Path, last_frame: int, frame_steps: int, timestep_us: float) -> Iterator[Frame]:
+    """Read the frames 0 to `last_frame` of a dump; InputError unless they are these, at their steps."""
+    number = -1
+    for number, frame in enumerate(read_dump(dump)):
+        if number > last_frame or frame.step != number * frame_steps:
+            expected = f"step {number * frame_steps}" if number <= last_frame else f"the end after frame {last_frame}"
+            raise InputError(f"{dump}: frame {number} is step {frame.step} in place of {expected}")
+        yield as_frame(frame, number, timestep_us)
+    if number < last_frame:
+        raise InputError(f"{dump}: ends after frame {number}, the run has {last_frame + 1} frames")
+
+
+def check(store: FrameStore, frame: Frame) -> None:
+    """Refuse a store that does not give back `frame` to the last digit."""
+    lower_um, edges_um = store.box(frame.number)
+    pairs = (
+        (store.position_um(frame.number), frame.position_um),
+        (store.scaled_position(frame.number), frame.scaled_position),
+        (store.coordination(frame.number), frame.coordination),
+        (lower_um, frame.lower_um),
+        (edges_um, frame.edges_um),
+    )
+    if not all(np.array_equal(*pair) for pair in pairs):
+        raise InputError(f"{store.path}: frame {frame.number} reads back differently from the dump")
+
+
 def main() -> None:
-    """Convert and check."""
+    """Convert, then read both files again and compare every frame: the dump is deleted after this."""
     args = parse_args()
-    inputs, run = json.loads(args.inputs.read_text()), json.loads(args.run.read_text())
+    inputs, run = (json.loads(path.read_text(encoding="utf-8")) for path in (args.inputs, args.run))
     dem = inputs["physics"]["dem"]
-    frame_steps = dem["steps"] // (dem["frames"] - 1)
+    expected = (args.dump, run["frames_written"] - 1, steps_per_frame(dem), dem["timestep_us"])
     with measured_cost(args.cost, "extract_frames", slurry=inputs["slurry"]) as cost:
-        dump = read_dump(args.dump)
-        first = next(dump)
-        last = first
-
-        def frames() -> Iterator[Frame]:
-            nonlocal last
-            yield as_frame(first, 0, dem["timestep_us"])
-            for number, last in enumerate(dump, 1):
-                if last.step != number * frame_steps:
-                    raise InputError(f"{args.dump}: frame {number} is step {last.step}, not {number * frame_steps}")
-                yield as_frame(last, number, dem["timestep_us"])
-            if last.step != run["steps"]:
-                raise InputError(f"{args.dump}: ends at step {last.step}, the run at step {run['steps']}")
-
         attributes = {
             "slurry": inputs["slurry"],
             "physics": json.dumps(inputs["physics"]),
             "seeds": json.dumps(inputs["seeds"]),
             "lammps_version": run["lammps_version"],
         }
-        write_frames(args.frames, particles_of(inputs, args.dump, first), frames(), attributes)
+        particles = particles_of(inputs, args.dump, next(read_dump(args.dump)))
+        write_frames(args.frames, particles, frames_of(*expected), attributes)
         with read_frames(args.frames) as store:
-            if not np.array_equal(store.position_um(run["frames_written"] - 1), last.values[:, 3:6]):
-                raise InputError(f"{args.frames}: the last frame reads back differently from how it was written")
-            cost.particles = len(store.particles)
+            for frame in frames_of(*expected):
+                check(store, frame)
+        cost.particles = len(particles)
     print(f"[{inputs['slurry']}] {run['frames_written']} frames of {cost.particles} particles")
 
 

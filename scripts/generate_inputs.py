@@ -20,7 +20,7 @@ from slurrycast.lammps_data import write_data
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slurry", required=True, help="id of the slurry")
     parser.add_argument("--physics", required=True, type=json.loads, help="JSON as described above")

@@ -1,7 +1,8 @@
 """Measure density and volume of final structures, simulated (model DEM) and predicted (model hybrid).
 
-Reads the DEM frames of slurries that were run to the end, at the target frame, and relaxed structures. Writes one row
-a structure: density_g_cm3 and volume_um3 of the periodic box with all its particles; the surrogate of DEM rows is `-`.
+In: frame stores (HDF5): the DEM frames of slurries that were run to the end, and relaxed structures.
+Out: a table (CSV) of one row a structure, that of the DEM at the target frame: density_g_cm3 and volume_um3 of the
+periodic box with all its particles; the surrogate of DEM rows is `-`.
 """
 
 import argparse
@@ -26,19 +27,19 @@ def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> di
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--frames",
         type=Path,
         nargs="*",
         default=[],
-        help="DEM frames of slurries run to the end (HDF5), none where all are new",
+        help="in: DEM frames of slurries run to the end (HDF5), none where all are new",
     )
-    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="relaxed structures (HDF5)")
+    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="in: relaxed structures (HDF5)")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
-    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of densities and volumes (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     return parser.parse_args()
 
 

@@ -1,8 +1,9 @@
 """Measure how far each DEM slurry has come: density and contacts at its end, and whether it is in equilibrium.
 
-Reads run.json and thermo.csv of every slurry. Writes one row a slurry: density_drift is the relative change of density
-over the last 10 % of the run, with a warning where it exceeds the bound; drift and time_to_equilibrium_us are empty for
-a run that ends at the last input frame (role new), and so is the warning.
+In: run.json and thermo.csv of every slurry.
+Out: a table (CSV) of one row a slurry: density_drift is the relative change of density over the last 10 % of the run,
+with a warning where it exceeds the bound; drift and time_to_equilibrium_us are empty for a run that ends at the last
+input frame (role new), and so is the warning.
 """
 
 import argparse
@@ -46,14 +47,14 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="run.json of every slurry")
-    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="thermo.csv of the same, in order")
+    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every slurry")
+    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="in: thermo.csv of the same, in order")
     parser.add_argument("--roles", nargs="+", required=True, help="train, validation, test or new; in the same order")
     parser.add_argument("--max-density-drift", type=float, required=True, help="relative drift above which to warn")
-    parser.add_argument("--table", type=Path, required=True, help="table to write (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="cost record to write (JSON)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of all slurries (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     if not len(args.run_json) == len(args.thermo) == len(args.roles):
         parser.error("--run-json, --thermo and --roles: as many of each are needed")

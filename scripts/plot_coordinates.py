@@ -1,8 +1,8 @@
 """Plot predicted against target coordinates of one slurry, one panel an axis (the study's Fig. 3 and 5).
 
-In:  predicted.h5 and the DEM frames of the same slurry (H5MD, um). Coordinates are unwrapped, about the centre of their
-     own box, with the mean shift removed from both.
+In: predicted.h5 and the DEM frames of the same slurry (H5MD, um).
 Out: PNG; upper panels predicted against target with R2 and MSE, lower panels the deviation, coloured by phase.
+Coordinates are unwrapped, and their mean over the particles is taken from both.
 """
 
 import argparse
@@ -19,9 +19,8 @@ from slurrycast.frames import FrameStore, Particles, read_frames
 
 
 def centred_position_um(store: FrameStore, k: int) -> np.ndarray:
-    """Unwrapped coordinates (n, 3) in um at frame `k` about the box centre, without their mean shift."""
-    lower_um, edges_um = store.box(k)
-    position_um = store.position_um(k) - (lower_um + edges_um / 2)
+    """Unwrapped coordinates (n, 3) in um at frame `k`, less their mean over the particles."""
+    position_um = store.position_um(k)
     return position_um - position_um.mean(axis=0)
 
 
@@ -67,10 +66,10 @@ def draw_coordinates(
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, required=True, help="predicted.h5 (one frame)")
-    parser.add_argument("--frames", type=Path, required=True, help="DEM frames of the same slurry")
+    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted.h5 (one frame)")
+    parser.add_argument("--frames", type=Path, required=True, help="in: DEM frames of the same slurry")
     parser.add_argument("--target-frame", type=int, required=True, help="frame that was predicted")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 

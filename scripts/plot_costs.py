@@ -1,6 +1,6 @@
 """Plot what the full DEM and the hybrid chain cost for each slurry, stage by stage.
 
-In:  speedup.csv (seconds, as compare_costs.py writes it).
+In: tables/speedup.csv (seconds), the rows of one surrogate.
 Out: PNG; two bars a slurry, the full DEM and the hybrid run with its parts, and how many times one fits in the other.
 """
 
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from slurrycast.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
 from slurrycast.files import run_main
 from slurrycast.speedup import HYBRID_PARTS, time_unit
+from slurrycast.tables import read_table
 
 PART_COLOURS = dict(zip(HYBRID_PARTS, ("#a9b8c6", PREDICTED, FAINT, RELAXED), strict=True))
 AFTER = "#66788a"
@@ -26,12 +27,14 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     length, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
     places = np.arange(len(comparison))
     height = 0.36
-    axes.barh(places - height / 2, comparison.dem / length, height * 0.95, color=DEM, label="full DEM")
     to_equilibrium = comparison.dem_to_equilibrium / length
     after = comparison.dem / length - to_equilibrium
-    axes.barh(
-        places - height / 2, after, height * 0.95, left=to_equilibrium, color=AFTER, label="of it after equilibrium"
-    )
+    for width, left, colour, label in (
+        (comparison.dem / length, 0.0, DEM, "full DEM"),
+        (after, to_equilibrium, AFTER, "of it after equilibrium"),
+    ):
+        if width.notna().any():
+            axes.barh(places - height / 2, width, height * 0.95, left=left, color=colour, label=label)
     start = np.zeros(len(comparison))
     for stage, label in HYBRID_PARTS.items():
         width = comparison[stage].to_numpy() / length
@@ -61,16 +64,16 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--speedup", type=Path, required=True, help="tables/speedup.csv")
+    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 
 def main() -> None:
     """Read the table and draw the bars."""
     args = parse_args()
-    table = pd.read_csv(args.speedup, dtype={"slurry": str})
+    table = read_table(args.speedup)
     wall = table[(table.surrogate == args.surrogate) & (table.clock == "wall_s")]
     save_figure(draw_costs(wall.reset_index(drop=True)), args.figure)
 

@@ -1,7 +1,7 @@
 """Plot the density of every slurry against time in the DEM, and when each reaches equilibrium.
 
-In:  thermo.csv of each slurry (columns time_us, density_g_cm3), in the order of --slurries; equilibrium.csv (columns
-     slurry, role, mass_units, time_to_equilibrium_us, warning).
+In: thermo.csv of each slurry (columns time_us, density_g_cm3), in the order of --slurries, and tables/equilibrium.csv
+(columns slurry, role, mass_units, time_to_equilibrium_us, warning).
 Out: PNG; the input frames of the surrogate are marked as a band, and equilibrium where no warning doubts it.
 """
 
@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.figures import INK, PREDICTED, new_figure, save_figure
 from slurrycast.files import run_main
-from slurrycast.speedup import read_equilibrium
+from slurrycast.tables import read_equilibrium
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white
@@ -72,11 +72,11 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --thermo")
-    parser.add_argument("--thermo", nargs="+", type=Path, required=True, help="thermo.csv of each slurry")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="tables/equilibrium.csv")
+    parser.add_argument("--thermo", nargs="+", type=Path, required=True, help="in: thermo.csv of each slurry")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--input-frames", nargs="+", type=int, required=True, help="frames given to the surrogate")
     parser.add_argument("--frame-interval-us", type=float, required=True, help="time between two frames in us")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 

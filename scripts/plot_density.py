@@ -1,6 +1,6 @@
 """Plot the final density of each slurry, DEM against hybrid (the study's Table 3).
 
-In:  density_volume.csv (columns surrogate, slurry, model, density_g_cm3); DEM rows have the surrogate `-`.
+In: tables/density_volume.csv (columns surrogate, slurry, model, density_g_cm3); DEM rows have the surrogate `-`.
 Out: PNG with a pair of points a slurry; the study's values for the slurry of the same number are marked.
 """
 
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from slurrycast import study
 from slurrycast.figures import DEM, FAINT, RELAXED, STUDY, new_figure, save_figure
 from slurrycast.files import run_main
+from slurrycast.tables import read_table
 
 SHIFT = 0.16  # our points stand left of the slurry's tick, the study's right of it
 
@@ -28,7 +29,8 @@ def draw_density(densities: pd.DataFrame, slurries: list[str], surrogate: str) -
     places = np.arange(len(slurries))
     axes.vlines(places - SHIFT, dem, hybrid, color=FAINT, lw=4, zorder=1)
     for values, colour, label in ((dem, DEM, "DEM"), (hybrid, RELAXED, f"hybrid ({surrogate}, relaxed)")):
-        axes.plot(places - SHIFT, values, "o", color=colour, ms=8, label=label)
+        if values.notna().any():
+            axes.plot(places - SHIFT, values, "o", color=colour, ms=8, label=label)
     for place in places:
         pair = np.array([dem.iloc[place], hybrid.iloc[place]])
         for value, colour in zip(pair, (DEM, RELAXED), strict=True):
@@ -57,17 +59,17 @@ def draw_density(densities: pd.DataFrame, slurries: list[str], surrogate: str) -
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--density", type=Path, required=True, help="tables/density_volume.csv")
+    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv")
     parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that went through the hybrid chain")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 
 def main() -> None:
     """Read the table and draw it."""
     args = parse_args()
-    densities = pd.read_csv(args.density, dtype={"slurry": str})
+    densities = read_table(args.density)
     save_figure(draw_density(densities, args.slurries, args.surrogate), args.figure)
 
 

@@ -1,7 +1,7 @@
 """Plot the learning curves of one surrogate (the study's Fig. 2): MSE and MAE on training and validation particles.
 
-In:  history.csv with columns epoch, loss (MSE, um2), mae (um), val_loss, val_mae; without rows for a model that was
-     trained elsewhere.
+In: history.csv with columns epoch, loss (MSE, um2), mae (um), val_loss, val_mae; without rows for a model that came
+without learning curves.
 Out: PNG with one panel for each measure, on a logarithmic scale.
 """
 
@@ -22,19 +22,19 @@ MEASURES = (
 
 
 def draw_learning_curves(history: pd.DataFrame) -> Figure:
-    """Draw both measures against the epoch; the epoch of the weights in use is marked."""
+    """Draw both measures against the epoch; the epoch with the lowest validation MSE is marked."""
     figure = new_figure(9, 3.6)
     for axes, (training, validation, title, label) in zip(figure.subplots(1, 2), MEASURES, strict=True):
         axes.set(title=title, xlabel="Epoch", ylabel=label)
         if history.empty:
-            note(axes, "no training in this run:\na trained model was given")
+            note(axes, "the model was trained elsewhere\nand came without learning curves")
             axes.set(xticks=[], yticks=[])
             continue
         marker = "o" if len(history) < 5 else None
         axes.semilogy(history.epoch, history[training], color=TRAINING, marker=marker, label="training")
         axes.semilogy(history.epoch, history[validation], color=VALIDATION, marker=marker, label="validation")
         best = history.loc[history.val_loss.idxmin()]
-        label = f"{best[validation]:.3g} at epoch {best.epoch:.0f}: weights in use"
+        label = f"{best[validation]:.3g} at epoch {best.epoch:.0f}, of the lowest MSE"
         axes.plot(best.epoch, best[validation], "o", color=VALIDATION, mec="white", ms=9, zorder=3, label=label)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         low, high = axes.get_ylim()
@@ -48,8 +48,8 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--history", type=Path, required=True, help="history.csv of the surrogate")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--history", type=Path, required=True, help="in: history.csv of the surrogate")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 

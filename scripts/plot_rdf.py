@@ -1,8 +1,8 @@
 """Plot the radial distribution functions (the study's Fig. 6): target against predicted and relaxed structures.
 
-In:  for each slurry, in the order of --slurries, a CSV with columns pair, r_um, g_dem, g_predicted, g_relaxed (g_dem is
-     empty for a slurry that the DEM did not run to the end); rdf_errors.csv (columns surrogate, slurry, pair, r_max_um,
-     mean_abs_difference).
+In: for each slurry, in the order of --slurries, its curves (CSV) with columns pair, r_um, g_dem, g_predicted, g_relaxed
+(g_dem is empty for a slurry that the DEM did not run to the end), and tables/rdf_errors.csv (columns surrogate, slurry,
+pair, mean_abs_difference).
 Out: PNG with one panel for each slurry and pair.
 """
 
@@ -15,8 +15,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slurrycast.figures import DEM, PREDICTED, RELAXED, new_figure, save_figure, slurry_label
+from slurrycast.figures import DEM, PREDICTED, RELAXED, new_figure, save_figure
 from slurrycast.files import run_main
+from slurrycast.tables import read_table
 
 COLUMNS = 4
 CURVES = (
@@ -62,7 +63,7 @@ def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, st
             axes.set_xlim(0, farthest_um)
             axes.set_ylim(0, highest[pair])
             if row == 0:
-                axes.set_title(slurry_label(slurry))
+                axes.set_title(f"Slurry {slurry}")
             if column == 0:
                 axes.set_ylabel(f"g(r)\n{PAIR_LABELS.get(pair, pair)}")
             last_in_column = place + columns >= len(slurries) and row == len(pairs) - 1
@@ -70,7 +71,11 @@ def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, st
             if last_in_column:
                 axes.set_xlabel("r (µm)")
     figure.legend(
-        handles=[Line2D([], [], **style, label=label) for _, label, style in CURVES],
+        handles=[
+            Line2D([], [], **style, label=label)
+            for name, label, style in CURVES
+            if any(curves[name].notna().any() for curves in rdf.values())
+        ],
         loc="outside upper center",
         ncols=len(CURVES),
         fontsize=10,
@@ -82,18 +87,18 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --rdf")
-    parser.add_argument("--rdf", nargs="+", type=Path, required=True, help="RDF of each slurry (CSV, r in um)")
-    parser.add_argument("--rdf-errors", type=Path, required=True, help="tables/rdf_errors.csv")
+    parser.add_argument("--rdf", nargs="+", type=Path, required=True, help="in: curves of each slurry (CSV, r in um)")
+    parser.add_argument("--rdf-errors", type=Path, required=True, help="in: tables/rdf_errors.csv")
     parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 
 def main() -> None:
     """Read the curves and draw them."""
     args = parse_args()
-    rdf = {slurry: pd.read_csv(path) for slurry, path in zip(args.slurries, args.rdf, strict=True)}
-    errors = pd.read_csv(args.rdf_errors, dtype={"slurry": str})
+    rdf = {slurry: read_table(path) for slurry, path in zip(args.slurries, args.rdf, strict=True)}
+    errors = read_table(args.rdf_errors)
     errors = errors[errors.surrogate == args.surrogate]
     differences = {(row.slurry, row.pair): row.mean_abs_difference for row in errors.itertuples()}
     save_figure(draw_rdf(rdf, differences), args.figure)

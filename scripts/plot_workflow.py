@@ -1,9 +1,8 @@
 """Draw the workflow as a diagram (the study's Fig. 1) from the rules themselves.
 
-In:  the graph of the rules in DOT, as `snakemake --rulegraph` prints it.
-Out: PNG; one box a rule, in layers from the recipe at the top to the report at the bottom.
-
-Arrows that other arrows imply are left out, and so are the rules named by --hide.
+In: the graph of the rules in DOT, as `snakemake --rulegraph` prints it.
+Out: PNG; one box a rule, in layers from the recipe at the top to the report at the bottom. Arrows that others imply are
+left out, and so are the rules named by --hide.
 """
 
 import argparse
@@ -26,7 +25,7 @@ PARTS = {
     "DEM": ("#e4e9ee", {"generate", "run", "extract"}),
     "surrogate": ("#fbe6d2", {"assemble", "train", "adopt", "predict"}),
     "hybrid": ("#d3ebec", {"wrap", "relax"}),
-    "analysis": ("#e9e4f1", {"measure", "check", "compare", "compute", "collect"}),
+    "analysis": ("#e9e4f1", {"measure", "compare", "compute", "collect"}),
     "report": ("#f3f0e2", {"plot", "render", "write"}),
 }
 OTHER = "#ffffff"
@@ -211,9 +210,9 @@ def draw_workflow(parents: dict[str, set[str]]) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rulegraph", type=Path, required=True, help="DOT file from `snakemake --rulegraph`")
+    parser.add_argument("--rulegraph", type=Path, required=True, help="in: DOT file from `snakemake --rulegraph`")
     parser.add_argument("--hide", nargs="*", default=["all"], help="rules that are not stages (default: all)")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
 

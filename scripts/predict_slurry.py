@@ -15,10 +15,11 @@ from slurrycast.features import particle_history
 from slurrycast.files import RunError, run_main
 from slurrycast.frames import Frame, read_frames, write_frames
 from slurrycast.periodic import to_scaled
+from slurrycast.recipe import sphere_volume_um3
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--surrogate", required=True, help=f"one of: {', '.join(surrogates.NAMES)}")
     parser.add_argument("--model", required=True, help="in: trained model (.keras)")
@@ -44,7 +45,7 @@ def main() -> None:
                 raise RunError(f"{args.model}: predicts coordinates of slurry {slurry} that are not finite")
             scale = final_box.RULES[surrogate.BOX_RULE](predicted_um, store.position_um(last))
             lower_um, edges_um = (scale * length for length in store.box(last))
-            particles_um3 = float((4 / 3 * np.pi * store.particles.radius_um**3).sum())
+            particles_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
             if scale <= 0 or np.prod(edges_um) < particles_um3:
                 raise RunError(
                     f"{args.model}: predicts a box {scale:.3g} times as wide as at frame {last} for slurry {slurry}, "
@@ -52,8 +53,9 @@ def main() -> None:
                 )
             frame = Frame(
                 number=args.target_frame,
-                step=int(store.steps[-1]),
-                time_us=float(store.times_us[-1]),
+                # Frames are equally spaced, so the input frames tell when the target frame would be.
+                step=int(store.steps[1]) * args.target_frame,
+                time_us=float(store.times_us[1]) * args.target_frame,
                 position_um=predicted_um,
                 scaled_position=to_scaled(predicted_um, lower_um, edges_um),
                 coordination=np.full(cost.particles, -1, dtype=np.int32),  # not predicted
@@ -61,7 +63,7 @@ def main() -> None:
                 edges_um=edges_um,
             )
             attributes = {
-                "slurry": slurry,
+                **store.attributes,
                 "surrogate": args.surrogate,
                 "stage": "predicted",
                 "box_rule": surrogate.BOX_RULE,

@@ -35,7 +35,7 @@ PACKAGES = (
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--effective", required=True, type=json.loads, help="configuration as JSON")
     parser.add_argument("--config", required=True, help="out: configuration, YAML")

@@ -20,16 +20,14 @@ from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--wrapped", required=True, help="in: LAMMPS data file of the wrapped prediction")
     parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
     parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
     parser.add_argument("--coefficients", required=True, help="in: pair_coeff lines of the real forces")
     parser.add_argument("--push-off", required=True, help="in: pair_coeff lines of the soft push-off")
-    parser.add_argument(
-        "--settings", required=True, type=json.loads, help="JSON: steps, push_off_iterations, pressure_damping_us"
-    )
+    parser.add_argument("--settings", required=True, type=json.loads, help="JSON: steps, push_off_iterations")
     parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
     parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
     parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
@@ -69,7 +67,7 @@ def main() -> None:
                 shutil.copyfile(source, work / name)
             progress = Progress(f"{slurry} relaxation", 0, steps, print)
             run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
-            run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
+            log = run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
             (dump,) = read_dump(work / "relaxed.dump")
             frame = Frame(
                 number=store.last,
@@ -81,8 +79,12 @@ def main() -> None:
                 lower_um=dump.lower_um,
                 edges_um=dump.edges_um,
             )
-            attributes = {**store.attributes, "stage": "relaxed", "relaxation": json.dumps(args.settings)}
-            del attributes["phases"]
+            attributes = {
+                **store.attributes,
+                "stage": "relaxed",
+                "relaxation": json.dumps(args.settings),
+                "lammps_version": log.version,
+            }
             write_frames(args.relaxed, store.particles, [frame], attributes)
             with moved_into_place(args.relaxed_data) as part:
                 shutil.copyfile(work / "relaxed.data", part)

@@ -1,8 +1,8 @@
 """Picture the microstructures of one slurry side by side: target, predicted and relaxed (the study's Fig. 4).
 
-In:  predicted.h5 and relaxed.h5 of the hybrid chain and, if the DEM was run to the end, its frames (H5MD, um). All
-     structures are shown wrapped into their own box.
-Out: PNG; spheres at true size coloured by phase, box outline, thickness Lz, the same scale in all panels.
+In: predicted.h5 and relaxed.h5 of the hybrid chain and, if the DEM was run to the end, its frames (H5MD, um).
+Out: PNG; all structures wrapped into their own box, spheres at true size coloured by phase, box outline, thickness Lz,
+the same scale in all panels.
 
 PyVista renders without a display, in a child process: where VTK finds no way to render it may end the whole process.
 Flat circles drawn by Matplotlib in the same projection then take the place of the spheres.
@@ -190,11 +190,11 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, required=True, help="predicted.h5 (one frame)")
-    parser.add_argument("--relaxed", type=Path, required=True, help="relaxed.h5 (one frame)")
-    parser.add_argument("--frames", type=Path, help="DEM frames with the target; leave out for a new slurry")
+    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted.h5 (one frame)")
+    parser.add_argument("--relaxed", type=Path, required=True, help="in: relaxed.h5 (one frame)")
+    parser.add_argument("--frames", type=Path, help="in: DEM frames with the target; leave out for a new slurry")
     parser.add_argument("--target-frame", type=int, help="frame of --frames that was predicted")
-    parser.add_argument("--figure", type=Path, required=True, help="PNG to write")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     args = parser.parse_args()
     if (args.frames is None) != (args.target_frame is None):
         parser.error("--frames and --target-frame go together")

@@ -1,8 +1,8 @@
 """Run the DEM of one slurry: overlaps pushed off, then a chain of segments under pressure until it is equilibrated.
 
 In: what generate_inputs.py wrote.
-Out: the frames as one LAMMPS dump (um), a restart file for each restart frame, the thermo table as CSV (us, g/cm3, kPa,
-K, um) and a JSON summary with the density drift, the time to equilibrium, warnings and the cost of each segment.
+Out: the frames as one LAMMPS dump (um), a restart file for each restart frame, the logs, the thermo table as CSV (us,
+g/cm3, kPa, K, um) and a JSON summary: physics, LAMMPS version, ranks, and the cost of each segment.
 
 The work folder holds the restart file of each finished segment: a run that was killed goes on from the last one when it
 is started again with the same inputs, and ends with the same numbers. It is removed when all outputs are in place.
@@ -12,34 +12,35 @@ import argparse
 import hashlib
 import json
 import shutil
+import time
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.costs import measured_cost
+from slurrycast.costs import children_cpu_s, measured_cost
 from slurrycast.files import moved_into_place, run_main, write_text
 from slurrycast.lammps_log import Log, read_log
-from slurrycast.lammps_run import SCRIPTS, Launcher, Progress, force_field_variables, run_lammps
+from slurrycast.lammps_run import SCRIPTS, Launcher, Progress, force_field_variables, run_lammps, steps_per_frame
 
 LAMMPS_SCRIPTS = ("push_off.lmp", "start.lmp", "slurry.lmp")
-THERMO_COLUMNS = (
-    "step",
-    "time_us",
-    "density_g_cm3",
-    "pressure_kpa",
-    "temperature_k",
-    "temperature_rotational_k",
-    "mean_contacts",
-    "lx_um",
-    "ly_um",
-    "lz_um",
-)
+THERMO_COLUMNS = {
+    "Step": "step",
+    "v_time_us": "time_us",
+    "v_density_g_cm3": "density_g_cm3",
+    "Press": "pressure_kpa",
+    "Temp": "temperature_k",
+    "v_temperature_rotational_k": "temperature_rotational_k",
+    "c_mean_contacts": "mean_contacts",
+    "Lx": "lx_um",
+    "Ly": "ly_um",
+    "Lz": "lz_um",
+}
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--inputs", required=True, help="in: JSON of generate_inputs.py")
     parser.add_argument("--data", required=True, help="in: LAMMPS data file")
@@ -52,9 +53,10 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
     parser.add_argument("--dump", required=True, help="out: all frames, LAMMPS text dump")
     parser.add_argument(
-        "--restarts", nargs="*", default=[], help="out: frame_<k>.restart files, k as dem.restart_frames"
+        "--restarts", required=True, type=Path, help="out: folder for frame_<k>.restart, k as dem.restart_frames"
     )
     parser.add_argument("--thermo", required=True, help="out: thermo table, CSV")
+    parser.add_argument("--log", required=True, help="out: the logs of all LAMMPS processes, one after the other")
     parser.add_argument("--run", required=True, help="out: summary, JSON")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     return parser.parse_args()
@@ -82,14 +84,17 @@ def prepare_work(work: Path, inputs: Sequence[Path]) -> None:
 
 def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
     """One table of all segments; the first row of a segment repeats the last one of the segment before."""
-    tables = [pd.DataFrame(log.thermo, columns=THERMO_COLUMNS).iloc[min(index, 1) :] for index, log in enumerate(logs)]
-    return pd.concat(tables, ignore_index=True).astype({"step": int})
+    tables = [pd.DataFrame(log.thermo, columns=log.columns).iloc[min(index, 1) :] for index, log in enumerate(logs)]
+    table = pd.concat(tables, ignore_index=True)[list(THERMO_COLUMNS)].rename(columns=THERMO_COLUMNS)
+    return table.astype({"step": int})
 
 
 def run_recorded(launcher: Launcher, script: str, variables: dict, work: Path, name: str, *progress: Progress) -> Log:
     """Run LAMMPS and leave what it cost beside its log: the mark, for a later attempt, that it finished well."""
+    wall_s, cpu_s = time.perf_counter(), children_cpu_s()
     log = run_lammps(launcher, script, variables, work, f"{name}.log", *progress)
-    write_text(work / f"{name}.json", json.dumps({"wall_s": log.wall_s, "cpu_s": log.cpu_s}))
+    spent = {"wall_s": time.perf_counter() - wall_s, "cpu_s": children_cpu_s() - cpu_s}
+    write_text(work / f"{name}.json", json.dumps(spent))
     return log
 
 
@@ -108,7 +113,6 @@ def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launc
         "push_off": "push_off.lmp",
         "push_off_iterations": dem["push_off_iterations"],
         "velocity_seed": inputs["seeds"]["velocities"],
-        "pressure_damping_us": dem["pressure_damping_us"],
         "thermo_every_steps": dem["thermo_every_steps"],
         "frame_every_steps": steps_per_frame(dem),
     }
@@ -131,30 +135,32 @@ def run_segments(work: Path, inputs: dict, steps: Sequence[int], launcher: Launc
     return logs
 
 
-def steps_per_frame(dem: dict) -> int:
-    """Steps from one frame to the next."""
-    return dem["steps"] // (dem["frames"] - 1)
-
-
 def main() -> None:
     """Run, summarise, move the outputs into place."""
     args = parse_args()
-    inputs = json.loads(Path(args.inputs).read_text())
+    inputs = json.loads(Path(args.inputs).read_text(encoding="utf-8"))
     dem = inputs["physics"]["dem"]
     with measured_cost(args.cost, "run_slurry", slurry=inputs["slurry"]) as cost:
         prepare_work(args.work, [Path(p) for p in (args.inputs, args.data, args.coefficients, args.push_off)])
         steps = boundaries(steps_per_frame(dem), args.last_frame, dem["segment_frames"], dem["restart_frames"])
         launcher = Launcher(args.executable, args.launcher, args.ranks)
+        for record in args.work.glob("*.json"):  # of earlier attempts, from which this one goes on
+            earlier = json.loads(record.read_text(encoding="utf-8"))
+            cost.wall_s += earlier["wall_s"]
+            cost.cpu_s += earlier["cpu_s"]
         logs = run_segments(args.work, inputs, steps, launcher)
 
         with moved_into_place(args.dump) as part, part.open("wb") as whole:
             for last in steps[1:]:
                 with (args.work / f"frames_{last}.dump").open("rb") as segment:
                     shutil.copyfileobj(segment, whole, 1 << 20)
-        for path in map(Path, args.restarts):
-            step = int(path.stem.removeprefix("frame_")) * steps_per_frame(dem)
-            with moved_into_place(path) as part:
-                shutil.copyfile(args.work / f"step_{step}.restart", part)
+        for frame in dem["restart_frames"]:
+            if frame <= args.last_frame:
+                with moved_into_place(args.restarts / f"frame_{frame}.restart") as part:
+                    shutil.copyfile(args.work / f"step_{frame * steps_per_frame(dem)}.restart", part)
+        with moved_into_place(args.log) as part, part.open("wb") as whole:
+            for name in ("push_off", "start", *(f"segment_{last}" for last in steps[1:])):
+                whole.write((args.work / f"{name}.log").read_bytes())
         thermo = thermo_table(logs)
         with moved_into_place(args.thermo) as part:
             thermo.to_csv(part, index=False, float_format="%.10g")

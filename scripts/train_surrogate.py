@@ -1,9 +1,10 @@
 """Train one surrogate on the training set.
 
-In: the training set (HDF5; lengths in um) and the surrogate's settings (JSON). Out: the model with the weights of the
-best validation epoch, and the learning curves (CSV: epoch,loss,mae,val_loss,val_mae; um2 for the mean squared errors
-`loss`, um for the mean absolute errors `mae`). A killed training continues from the work directory,
-which is removed at the end.
+In: the training set (HDF5; lengths in um) and the surrogate's settings (JSON).
+Out: the model with the weights of the best validation epoch, and the learning curves (CSV: epoch, loss, mae, val_loss,
+val_mae; um2 for the mean squared errors `loss`, um for the mean absolute errors `mae`).
+
+A killed training continues from the work folder, which is removed at the end.
 """
 
 import argparse
@@ -20,15 +21,16 @@ from slurrycast.files import run_main
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add = parser.add_argument
-    add("--surrogate", required=True, help=f"one of: {', '.join(surrogates.NAMES)}")
-    add("--dataset", required=True, type=Path, help="in: training set (HDF5)")
-    add("--settings", required=True, type=json.loads, help="JSON; vgg16: epochs, batch_size, learning_rate, threads")
-    add("--seed", required=True, type=int, help="of the initial weights and the order of the batches")
-    add("--work", required=True, type=Path, help="folder for the checkpoint; removed at the end")
-    add("--model", required=True, type=Path, help="out: trained model (.keras)")
-    add("--history", required=True, type=Path, help="out: learning curves (CSV)")
-    add("--cost", required=True, type=Path, help="out: wall and CPU seconds, peak memory (JSON)")
+    parser.add_argument("--surrogate", required=True, help=f"one of: {', '.join(surrogates.NAMES)}")
+    parser.add_argument("--dataset", required=True, type=Path, help="in: training set (HDF5)")
+    parser.add_argument(
+        "--settings", required=True, type=json.loads, help="JSON; vgg16: epochs, batch_size, learning_rate, threads"
+    )
+    parser.add_argument("--seed", required=True, type=int, help="of the initial weights and the order of the batches")
+    parser.add_argument("--work", required=True, type=Path, help="folder for the checkpoint; removed at the end")
+    parser.add_argument("--model", required=True, type=Path, help="out: trained model (.keras)")
+    parser.add_argument("--history", required=True, type=Path, help="out: learning curves (CSV)")
+    parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
     return parser.parse_args()
 
 

@@ -17,7 +17,7 @@ from slurrycast.recipe import particle_types
 
 
 def parse_args() -> argparse.Namespace:
-    """Command line."""
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
     parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")

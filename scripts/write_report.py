@@ -1,9 +1,9 @@
 """Write report.html: all tables and figures of a run in one file that opens without a network.
 
-In:  the effective configuration, versions, tables, inputs.json and run.json of every slurry, and for each surrogate, in
-     the order of --surrogates, its model and learning curves; figures, known by their file names: workflow,
-     densification, learning_curves_<surrogate>, density_<surrogate>, rdf_<surrogate>, costs_<surrogate>,
-     coordinates_<surrogate>_<slurry>, slurry_<surrogate>_<slurry>.
+In: the effective configuration, versions, tables, inputs.json and run.json of every slurry, and for each surrogate, in
+the order of --surrogates, its model and learning curves; figures, known by their file names: workflow, densification,
+learning_curves_<surrogate>, density_<surrogate>, rdf_<surrogate>, costs_<surrogate>, coordinates_<surrogate>_<slurry>,
+slurry_<surrogate>_<slurry>.
 Out: report.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -17,12 +17,7 @@ import yaml
 from slurrycast.files import run_main, write_text
 from slurrycast.network_table import read_network
 from slurrycast.report import Results, report_html
-from slurrycast.speedup import read_equilibrium
-
-
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a table; ids of slurries are text."""
-    return pd.read_csv(path, dtype={"slurry": str})
+from slurrycast.tables import read_equilibrium, read_table
 
 
 def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
@@ -34,25 +29,21 @@ def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-
-    def add(name: str, text: str, **kwargs) -> None:
-        parser.add_argument(name, type=Path, required=True, help=text, **kwargs)
-
-    add("--config", "config.yaml of the run")
-    add("--versions", "versions.json of the run")
-    add("--inputs", "inputs.json of every slurry", nargs="+")
-    add("--run-json", "run.json of every slurry", nargs="+")
-    add("--density", "tables/density_volume.csv")
-    add("--coordinate-errors", "tables/coordinate_errors.csv")
-    add("--rdf-errors", "tables/rdf_errors.csv")
-    add("--equilibrium", "tables/equilibrium.csv")
-    add("--cost-table", "tables/cost.csv")
-    add("--speedup", "tables/speedup.csv")
+    parser.add_argument("--config", type=Path, required=True, help="in: config.yaml of the run")
+    parser.add_argument("--versions", type=Path, required=True, help="in: versions.json of the run")
+    parser.add_argument("--inputs", type=Path, nargs="+", required=True, help="in: inputs.json of every slurry")
+    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every slurry")
+    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv")
+    parser.add_argument("--coordinate-errors", type=Path, required=True, help="in: tables/coordinate_errors.csv")
+    parser.add_argument("--rdf-errors", type=Path, required=True, help="in: tables/rdf_errors.csv")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
+    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="names, in the order of the next two")
-    add("--models", "model.keras of each surrogate", nargs="+")
-    add("--histories", "history.csv of each surrogate", nargs="+")
-    add("--figures", "PNG files", nargs="+")
-    add("--report", "report.html to write")
+    parser.add_argument("--models", type=Path, nargs="+", required=True, help="in: model.keras of each surrogate")
+    parser.add_argument("--histories", type=Path, nargs="+", required=True, help="in: history.csv of each surrogate")
+    parser.add_argument("--figures", type=Path, nargs="+", required=True, help="in: figures (PNG)")
+    parser.add_argument("--report", type=Path, required=True, help="out: report.html")
     return parser.parse_args()
 
 

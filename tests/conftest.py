@@ -38,7 +38,7 @@ def programs_on_path() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def command() -> Callable[..., list[str]]:
-    """Command line of a script: command("run_slurry", last_frame=10, restarts=[a, b], ...)."""
+    """Command line of a script: command("run_slurry", last_frame=10, ...)."""
 
     def build(script: str, **options: object) -> list[str]:
         words = [sys.executable, str(ROOT / "scripts" / f"{script}.py")]
@@ -53,14 +53,15 @@ def command() -> Callable[..., list[str]]:
 def dem_command(command) -> Callable[..., list[str]]:
     """Command line of run_slurry.py with the inputs of one folder and outputs, and the work folder, in another."""
 
-    def build(inputs: Path, outputs: Path, last_frame: int, restart_frames: list[int]) -> list[str]:
+    def build(inputs: Path, outputs: Path, last_frame: int) -> list[str]:
         return command(
             "run_slurry",
             **{name: inputs / file for name, file in INPUT_FILES.items()},
             last_frame=last_frame,
             work=outputs / "work",
             dump=outputs / "dump.lammpstrj",
-            restarts=[outputs / f"frame_{k}.restart" for k in restart_frames],
+            restarts=outputs,
+            log=outputs / "lammps.log",
             thermo=outputs / "thermo.csv",
             run=outputs / "run.json",
             cost=outputs / "run_cost.json",
@@ -85,7 +86,7 @@ def slurry(tmp_path_factory, command, dem_command) -> Path:
     extracted = {"inputs": inputs["inputs"], "run": folder / "run.json", "frames": folder / "frames.h5"}
     for words in (
         command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "cost.json"),
-        dem_command(folder, folder, 120, RESTART_FRAMES),
+        dem_command(folder, folder, 120),
         command("extract_frames", dump=folder / "dump.lammpstrj", **extracted, cost=folder / "cost.json"),
     ):
         subprocess.run(words, check=True)

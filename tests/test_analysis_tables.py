@@ -12,6 +12,7 @@ import pytest
 
 from slurrycast.costs import Cost, read_cost
 from slurrycast.frames import Frame, Particles, write_frames
+from slurrycast.tables import read_table
 
 PHASES = ("BDPD", "NiO", "8YSZ")
 N = 150
@@ -76,7 +77,7 @@ def run(root, tmp_path):
 def table(process: subprocess.CompletedProcess, path: Path) -> pd.DataFrame:
     """The table that a successful run wrote."""
     assert process.returncode == 0, process.stderr
-    return pd.read_csv(path, dtype={"slurry": str, "surrogate": str})
+    return read_table(path)
 
 
 def test_coordinate_errors(slurry, run, tmp_path):
@@ -213,11 +214,11 @@ def test_equilibrium(run, tmp_path):
 
 def test_costs(run, tmp_path):
     records = [
-        Cost("plot_rdf", wall_s=1.0),
-        Cost("train_surrogate", "vgg16", wall_s=123.4567890123, cpu_s=200.0, max_rss_mb=900.0),
+        Cost("generate_inputs", "-", "T10", N),
         Cost("run_slurry", "-", "T10", N, 4000, 14.0, 10.0, 50.0),
         Cost("run_slurry", "-", "2", 2 * N, 4000, 28.0, 20.0, 60.0),
-        Cost("generate_inputs", "-", "T10", N),
+        Cost("train_surrogate", "vgg16", wall_s=123.4567890123, cpu_s=200.0, max_rss_mb=900.0),
+        Cost("compare_rdf", wall_s=1.0),
     ]
     paths = [tmp_path / f"cost_{index}.json" for index in range(len(records))]
     for path, record in zip(paths, records, strict=True):
@@ -228,7 +229,7 @@ def test_costs(run, tmp_path):
     rows = table(run("collect_costs.py", *arguments, "--input-steps", 2000), out)
     columns = ["stage", "surrogate", "slurry", "particles", "steps", "wall_s", "cpu_s", "max_rss_mb"]
     assert list(rows.columns) == columns
-    stages = ["generate_inputs", "run_slurry", "run_slurry", "run_slurry_to_input", "train_surrogate", "plot_rdf"]
+    stages = ["generate_inputs", "run_slurry", "run_slurry", "run_slurry_to_input", "train_surrogate", "compare_rdf"]
     assert list(rows.stage) == stages
     assert list(rows.slurry) == ["T10", "T10", "2", "T10", "-", "-"]
     to_input = rows.iloc[3]

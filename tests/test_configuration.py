@@ -359,6 +359,20 @@ def test_a_bad_row_is_not_reported_as_a_missing_role_too(config):
     assert check(config) == ["bad.tsv line 3: mass_units = -2.0: must be a number above 0 and at most 1000"]
 
 
+def test_a_model_that_the_run_itself_writes_is_refused(config):
+    """Its rule would delete it before it copies it."""
+    model = Path("results/demo/models/vgg16/model.keras")
+    model.parent.mkdir(parents=True)
+    model.write_bytes(b"")
+    config["surrogate"]["model"] = f"./{model}"
+    assert check(config) == [
+        'surrogate.model = "./results/demo/models/vgg16/model.keras": must lie outside results/demo/models, '
+        "which this run writes: choose another run.name"
+    ]
+    config["run"]["name"] = "new_slurry"
+    assert check(config) == []
+
+
 def test_a_model_is_of_one_surrogate(config, monkeypatch):
     schema = copy.deepcopy(configuration.schema("config"))
     sections = schema["properties"]["surrogate"]["properties"]

@@ -57,24 +57,3 @@ def test_frames_stand_in_the_order_asked_for(store_path):
 def test_frame_that_the_store_does_not_hold_is_an_input_error(store_path):
     with read_frames(store_path) as store, pytest.raises(InputError, match="frame 12 is not in the file"):
         particle_history(store, [10, 12])
-
-
-def test_nothing_later_than_the_input_frames_enters(slurry, tmp_path):
-    """A store cut after the last input frame gives the same features: no value of a later frame leaks in."""
-    with read_frames(slurry / "frames.h5") as store:
-        cut = [
-            Frame(
-                number=k,
-                step=int(store.steps[k]),
-                time_us=float(store.times_us[k]),
-                position_um=store.position_um(k),
-                scaled_position=store.scaled_position(k),
-                coordination=store.coordination(k),
-                lower_um=store.box(k)[0],
-                edges_um=store.box(k)[1],
-            )
-            for k in range(11)
-        ]
-        write_frames(tmp_path / "cut.h5", store.particles, cut, {})
-        with read_frames(tmp_path / "cut.h5") as early:
-            np.testing.assert_array_equal(particle_history(early, [7, 10]), particle_history(store, [7, 10]))

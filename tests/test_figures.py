@@ -22,6 +22,7 @@ from slurrycast.errors import coordinate_errors
 from slurrycast.figures import FURTHER_PHASE_COLOURS, PHASE_COLOURS, phase_colours, save_figure
 from slurrycast.files import InputError
 from slurrycast.frames import Frame, Particles, write_frames
+from slurrycast.speedup import HYBRID_PARTS
 
 RULE_GRAPH = """digraph snakemake_dag {
     graph[bgcolor=white, margin=0];
@@ -212,6 +213,14 @@ def test_density_of_known_and_new_slurries(tmp_path):
     assert is_drawn(tmp_path / "density.png")
 
 
+def test_density_without_any_dem(tmp_path, monkeypatch):
+    table = tmp_path / "density_volume.csv"
+    table.write_text("surrogate,slurry,model,density_g_cm3,volume_um3\nnet,NA,hybrid,2.27,100.0\n")
+    options = {"density": [table], "surrogate": ["net"], "slurries": ["NA"]}
+    run_script(plot_density, monkeypatch, **options, figure=[tmp_path / "density.png"])
+    assert is_drawn(tmp_path / "density.png")
+
+
 def test_rdf_of_one_slurry_with_and_one_without_target(tmp_path):
     r_um = np.arange(0.05, 3, 0.1)
     curve = 1 + np.exp(-((r_um - 0.8) ** 2))
@@ -228,6 +237,17 @@ def test_rdf_of_one_slurry_with_and_one_without_target(tmp_path):
     assert "0.046" in shown
     assert [axes.get_title() for axes in figure.axes][:2] == ["Slurry 1", "Slurry N1"]
     save_figure(figure, tmp_path / "rdf.png")
+    assert is_drawn(tmp_path / "rdf.png")
+
+
+def test_rdf_without_any_target(tmp_path, monkeypatch):
+    r_um = np.arange(0.05, 3, 0.1)
+    curves = {"surrogate": "net", "slurry": "N1", "pair": "all", "r_um": r_um, "g_dem": np.nan, "g_predicted": r_um}
+    pd.DataFrame(curves | {"g_relaxed": r_um}).to_csv(tmp_path / "N1.csv", index=False)
+    errors = tmp_path / "rdf_errors.csv"
+    errors.write_text("surrogate,slurry,pair,r_max_um,bins,mean_abs_difference\n")
+    options = {"slurries": ["N1"], "rdf": [tmp_path / "N1.csv"], "rdf_errors": [errors], "surrogate": ["net"]}
+    run_script(plot_rdf, monkeypatch, **options, figure=[tmp_path / "rdf.png"])
     assert is_drawn(tmp_path / "rdf.png")
 
 
@@ -250,6 +270,11 @@ def test_costs(tmp_path):
     assert [text.get_text() for text in figure.axes[0].texts] == ["5.0 ×  (3.0 × to equilibrium)"]
     save_figure(figure, tmp_path / "costs.png")
     assert is_drawn(tmp_path / "costs.png")
+    new = plot_costs.draw_costs(comparison[1:].reset_index(drop=True))
+    labels = [[text.get_text() for text in shown.legends[0].get_texts()] for shown in (figure, new)]
+    assert labels == [["full DEM", "of it after equilibrium", *HYBRID_PARTS.values()], [*HYBRID_PARTS.values()]]
+    save_figure(new, tmp_path / "new.png")
+    assert is_drawn(tmp_path / "new.png")
 
 
 # ---- structures

@@ -169,6 +169,23 @@ def test_executable_that_cannot_start_shows_what_it_said(folder, variables, tmp_
         run_lammps(Launcher(str(broken), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
 
 
+def test_error_that_only_the_screen_shows_is_passed_on(folder, variables, tmp_path):
+    """Ranks other than the first one, and MPI itself, write to the screen and not to the log."""
+    failing = tmp_path / "lmp_failing"
+    failing.write_text("#!/bin/sh\necho 'ERROR on proc 1: Out of range atoms'\nexit 1\n")
+    failing.chmod(0o755)
+    with pytest.raises(RunError, match="LAMMPS: ERROR on proc 1: Out of range atoms; log: "):
+        run_lammps(Launcher(str(failing), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+
+
+def test_executable_may_be_given_relative_to_the_project(folder, variables, tmp_path, monkeypatch):
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "lmp").symlink_to(shutil.which("lmp"))
+    monkeypatch.chdir(tmp_path)
+    assert Launcher("bin/lmp", "mpiexec", 1).command() == [str(tmp_path / "bin" / "lmp")]
+    assert run_lammps(Launcher("bin/lmp", "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log").ranks == 1
+
+
 @pytest.mark.parametrize(
     ("launcher", "key", "program"),
     [

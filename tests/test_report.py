@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import h5py
@@ -46,7 +47,7 @@ CONFIG = {
         "ranks": 1,
     },
     "learning": {"input_frames": [7, 8, 9, 10], "target_frame": 120},
-    "surrogate": {"names": ["net"], "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4}},
+    "surrogate": {"names": ["net"], "model": None, "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4}},
     "relaxation": {"steps": 50},
     "analysis": {"rdf_cutoff_um": 7.0, "rdf_bins": 120},
 }
@@ -175,7 +176,16 @@ def results(tmp_path, model) -> Results:
     start = {"wall_s": 0.0, "cpu_s": 0.0}
     run = {"start": start, "segments": segments, "steps": 1200, "lammps_version": "22 Jul 2025"}
     figures = {}
-    for stem in ("workflow", "learning_curves_net", "coordinates_net_2", "slurry_net_N1", "rdf_net", "costs_net"):
+    stems = (
+        "workflow",
+        "learning_curves_net",
+        "coordinates_net_2",
+        "slurry_net_N1",
+        "density_net",
+        "rdf_net",
+        "costs_net",
+    )
+    for stem in stems:
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
     history = pd.DataFrame(
@@ -205,6 +215,25 @@ def results(tmp_path, model) -> Results:
         networks={"net": read_network(model)},
         figures=figures,
     )
+
+
+def restricted(results: Results, slurries: list[str], **changes: object) -> Results:
+    """The same run with only some of its slurries; `-` stands for all of them."""
+    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
+    kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
+    inputs = {slurry: results.inputs[slurry] for slurry in slurries}
+    runs = {slurry: results.runs[slurry] for slurry in slurries}
+    return replace(results, **kept, inputs=inputs, runs=runs, **changes)
+
+
+def adopting(config: dict, path: str) -> dict:
+    """The configuration with a model that was trained elsewhere."""
+    return config | {"surrogate": config["surrogate"] | {"model": path}}
+
+
+def text_of(results: Results) -> str:
+    """What the report of a run says."""
+    return " ".join("".join(read_page(report_html(results)).text).split())
 
 
 def test_network_is_read_from_the_model_file(model):
@@ -286,32 +315,56 @@ def test_warnings_come_from_the_data(results):
 
 
 def test_a_sound_run_has_no_warnings(results):
-    keep = ["T1", "2", "N1"]
-    tables = {
-        name: getattr(results, name)[getattr(results, name).slurry.isin([*keep, "-"])]
-        for name in ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs")
-    }
-    sound = Results(**{**vars(results), **tables})
+    sound = restricted(results, ["T1", "2", "N1"])
     assert warnings(sound) == []
-    assert "No warnings" in "".join(read_page(report_html(sound)).text)
+    assert "No warnings" in text_of(sound)
 
 
-def test_a_run_with_new_slurries_only(results):
-    keep = ["T1", "N1"]
-    tables = {
-        name: getattr(results, name)[getattr(results, name).slurry.isin([*keep, "-"])]
-        for name in ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs")
-    }
-    text = "".join(read_page(report_html(Results(**{**vars(results), **tables}))).text)
+def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
+    costs = results.costs[results.costs.stage != "train_surrogate"]
+    of_this_run = {stem: path for stem, path in results.figures.items() if stem != "coordinates_net_2"}
+    config = adopting(results.config, "trained/model.keras")
+    new = restricted(replace(results, costs=costs), ["N1"], config=config, figures=of_this_run)
+    page = read_page(report_html(new))
+    text = " ".join("".join(page.text).split())
+    assert page.images == len(of_this_run)
     assert "No slurry of this run has a target to compare with" in text
+    assert "structure; there is no target" in text
+    assert "there is no full DEM to compare with" in text
+    assert "Fig. 6, above" not in text
+    assert "– to –" not in text
+    assert "net: 1 new; 100 particles in all" in text
     assert "2.2345" in text
 
 
-def test_a_model_trained_elsewhere_is_said(results):
-    foreign = Results(**{**vars(results), "histories": {"net": results.histories["net"].iloc[:0]}})
-    text = "".join(read_page(report_html(foreign)).text)
-    assert "Surrogate net was trained elsewhere" in text
-    assert "Epochs, net" not in text
+def test_new_slurries_beside_others_point_to_the_figures_above(results):
+    text = text_of(results)
+    assert text.count("Fig. 6.") == text.count("Fig. S2.") == 1
+    assert text.index("Fig. S2.") < text.index("Fig. 6.") < text.index("radial distribution functions in Fig. 6, above")
+
+
+@pytest.mark.parametrize("epochs", [0, 3])
+def test_a_model_trained_elsewhere_is_said(results, epochs):
+    assert "Epochs, net" in text_of(results)
+    history = {"net": results.histories["net"].iloc[:epochs]}
+    config = adopting(results.config, "trained/model.keras")
+    adopted = restricted(results, ["2", "6", "N1"], histories=history, config=config)
+    assert warnings(adopted)[0] == (
+        "Surrogate net was trained elsewhere (trained/model.keras): neither its training range nor its recipe is known "
+        "here."
+    )
+    text = text_of(adopted)
+    for absent in (
+        "Epochs, net",
+        "Batch size, net",
+        "Learning rate, net",
+        "Samples (",
+        "larger than anything trained on",
+    ):
+        assert absent not in text, absent
+    assert ("Learning curves of the adopted model" in text) == (epochs > 0)
+    assert ("came without learning curves" in text) == (epochs == 0)
+    assert "whose weights are used" not in text
 
 
 def test_study_differences_are_the_published_ones():
@@ -322,7 +375,8 @@ def test_study_differences_are_the_published_ones():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"), [(0.5, "0.5 s"), (89, "89 s"), (90, "1.5 min"), (5400, "1.5 h"), (np.nan, "–"), (None, "–")]
+    ("seconds", "text"),
+    [(0.5, "0.5 s"), (180, "180 s"), (198, "3.3 min"), (12600, "3.5 h"), (np.nan, "–"), (None, "–")],
 )
 def test_durations(seconds, text):
     assert duration(seconds) == text

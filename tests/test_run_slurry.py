@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 
 from conftest import RESTART_FRAMES
@@ -73,7 +74,7 @@ def test_outputs_are_complete_and_the_work_folder_is_gone(slurry):
 
 def test_thermo_table_has_every_row_once(slurry):
     thermo = pd.read_csv(slurry / "thermo.csv")
-    assert tuple(thermo.columns) == THERMO_COLUMNS
+    assert list(thermo.columns) == list(THERMO_COLUMNS.values())
     assert thermo["step"].tolist() == list(range(0, 6001, 50))
     np.testing.assert_allclose(thermo["time_us"], thermo["step"] * 2e-3, rtol=1e-9)
 
@@ -125,7 +126,7 @@ def test_slurry_that_ends_early_equals_the_start_of_the_whole_run(slurry, tmp_pa
     (work / "identity").write_text("another slurry")
     shutil.copyfile(slurry / "frame_60.restart", work / "step_50.restart")
     (work / "segment_50.json").write_text('{"wall_s": 1.0, "cpu_s": 1.0}')
-    result = subprocess.run(dem_command(slurry, tmp_path, 10, [1, 10]), check=True, capture_output=True, text=True)
+    result = subprocess.run(dem_command(slurry, tmp_path, 10), check=True, capture_output=True, text=True)
     assert f"{work}: left by a run with other inputs; starting anew" in result.stdout
     whole = (slurry / "dump.lammpstrj").read_bytes()
     start = (tmp_path / "dump.lammpstrj").read_bytes()
@@ -152,18 +153,21 @@ def killed(command: list[str], milestone: Path, everything: bool) -> None:
 @pytest.mark.parametrize("everything", [False, True], ids=["script", "everything"])
 def test_killed_run_goes_on_and_ends_with_the_same_numbers(slurry, tmp_path, dem_command, everything):
     """With the script alone killed, its LAMMPS lives on for a moment, beside the one that the next start begins."""
-    command = dem_command(slurry, tmp_path, 120, RESTART_FRAMES)
+    command = dem_command(slurry, tmp_path, 120)
     killed(command, tmp_path / "work" / "step_500.restart", everything)
     assert [path.name for path in tmp_path.iterdir()] == ["work"]
     result = subprocess.run(command, check=True, capture_output=True, text=True)
     assert "goes on from step" in result.stdout
     assert_same_results(tmp_path, slurry)
+    run, cost = (json.loads((tmp_path / name).read_text()) for name in ("run.json", "run_cost.json"))
+    for clock in ("wall_s", "cpu_s"):  # of both attempts
+        assert cost[clock] > run["start"][clock] + sum(segment[clock] for segment in run["segments"])
 
 
 def test_segment_killed_after_its_restart_file_and_before_the_end_of_its_log_is_run_again(
     slurry, tmp_path, dem_command
 ):
-    command = dem_command(slurry, tmp_path, 120, RESTART_FRAMES)
+    command = dem_command(slurry, tmp_path, 120)
     work = tmp_path / "work"
     killed(command, work / "step_2000.restart", everything=True)
     log = work / "segment_2000.log"
@@ -180,7 +184,7 @@ def test_failed_run_says_so_on_one_line_and_keeps_its_log(slurry, tmp_path, comm
         shutil.copyfile(slurry / name, inputs / name)
     (inputs / "coefficients.lmp").write_text("pair_coeff 1 1 no_such_style 1.0\n")
     outputs = tmp_path / "outputs"
-    result = subprocess.run(dem_command(inputs, outputs, 10, [1, 10]), capture_output=True, text=True)
+    result = subprocess.run(dem_command(inputs, outputs, 10), capture_output=True, text=True)
     assert result.returncode == 1
     assert result.stderr.startswith("error: LAMMPS: ERROR: ")
     assert result.stderr.endswith(f"; log: {outputs / 'work' / 'start.log'}\n")
@@ -190,9 +194,21 @@ def test_failed_run_says_so_on_one_line_and_keeps_its_log(slurry, tmp_path, comm
 
 
 def test_missing_lammps_is_one_line(slurry, tmp_path, dem_command):
-    words = [*dem_command(slurry, tmp_path, 10, [1, 10]), "--executable", "lmp_of_nobody"]
+    words = [*dem_command(slurry, tmp_path, 10), "--executable", "lmp_of_nobody"]
     result = subprocess.run(words, capture_output=True, text=True)
     assert (result.returncode, result.stderr) == (
         1,
         "error: dem.executable: 'lmp_of_nobody' is not on PATH; give the name or path of an existing program\n",
     )
+
+
+def test_terminated_run_takes_its_lammps_along(slurry, tmp_path, dem_command):
+    command = dem_command(slurry, tmp_path, 120)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while not (tmp_path / "work" / "step_500.restart").exists():
+        assert process.poll() is None
+        time.sleep(0.005)
+    (lammps,) = psutil.Process(process.pid).children()
+    process.terminate()
+    assert process.wait(timeout=10) == 128 + signal.SIGTERM
+    assert not lammps.is_running()

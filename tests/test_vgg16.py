@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slurrycast.dataset import TrainingSet, split
-from slurrycast.files import InputError
+from slurrycast.files import InputError, RunError
 from slurrycast.surrogates import load
 
 vgg16 = load("vgg16")
@@ -251,7 +251,7 @@ def test_a_foreign_checkpoint_is_ignored(small, tmp_path, monkeypatch, capsys, k
 
 
 def test_a_loss_that_is_not_finite_stops(small, tmp_path):
-    with pytest.raises(InputError, match=r"not finite in epoch \d, learning_rate 1e\+20 is too large"):
+    with pytest.raises(RunError, match=r"not finite in epoch \d, learning_rate 1e\+20 is too large"):
         fit(tmp_path, learning_rate=1e20)
     assert not (tmp_path / "model.keras").exists()
 

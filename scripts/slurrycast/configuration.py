@@ -370,6 +370,15 @@ def _surrogates(config: Mapping, _) -> Iterator[str]:
             yield f"surrogate.names = {_shown(names)}: must be the one surrogate that surrogate.model is of"
 
 
+def _model_of_this_run(config: Mapping, _) -> Iterator[str]:
+    model, written = config["surrogate"]["model"], Path("results") / config["run"]["name"] / "models"
+    if model is not None and Path(model).resolve().is_relative_to(written.resolve()):
+        yield (
+            f"surrogate.model = {_shown(model)}: must lie outside {written}, which this run writes: "
+            "choose another run.name"
+        )
+
+
 def _rdf_pair(config: Mapping, _) -> Iterator[str]:
     phases = list(config["formulation"]["phases"])
     for phase in config["analysis"]["rdf_pair"]:
@@ -397,6 +406,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_frames, "dem.frames dem.restart_frames learning.input_frames learning.target_frame"),
     (_roles, "slurries surrogate.model"),
     (_surrogates, "surrogate.names surrogate.model"),
+    (_model_of_this_run, "run surrogate.model"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
 

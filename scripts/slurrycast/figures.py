@@ -67,8 +67,3 @@ def phase_colours(phase_names: Sequence[str]) -> list[str]:
 def note(axes: Axes, text: str, x: float = 0.5, y: float = 0.5) -> None:
     """Write `text` into `axes` at a place in units of its size, centred."""
     axes.text(x, y, text, transform=axes.transAxes, ha="center", va="center", color=INK, linespacing=1.4)
-
-
-def slurry_label(slurry: str) -> str:
-    """Name of a slurry in titles."""
-    return f"Slurry {slurry}"

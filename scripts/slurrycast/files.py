@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,6 +45,8 @@ def run_main(main: Callable[[], None]) -> None:
     Lines appear as they are printed, also where the output is not a terminal but a log.
     """
     sys.stdout.reconfigure(line_buffering=True)
+    # As an exception, so that what was started is stopped as well: LAMMPS must not write on beside the next attempt.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         main()
     except (InputError, RunError) as error:

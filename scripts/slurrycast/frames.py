@@ -71,7 +71,7 @@ class FrameStore:
         self.path = path
         group = file[GROUP]
         self._file, self._group = file, group
-        self.attributes = dict(file["parameters"].attrs)
+        self.attributes = {name: value for name, value in file["parameters"].attrs.items() if name != "phases"}
         self.particles = Particles(
             *(group[name][:] for name in ("id", "type", "species", "size_class", "radius", "mass")),
             phase_names=tuple(str(name) for name in file["parameters"].attrs["phases"]),
@@ -191,7 +191,9 @@ def write_frames(
                 value = np.asarray(getattr(frame, field))
                 if count == 0:
                     compression = (
-                        {"compression": "gzip", "shuffle": True, "fletcher32": True} if name[:3] != "box" else {}
+                        {"compression": "gzip", "shuffle": True, "fletcher32": True}
+                        if not name.startswith("box/")
+                        else {}
                     )
                     data = group.require_group(name).create_dataset(
                         "value",

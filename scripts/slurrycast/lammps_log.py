@@ -14,14 +14,12 @@ END_MARKER = "Total wall time:"
 
 @dataclass(frozen=True)
 class Log:
-    """One finished process. `columns` and `thermo` (rows, columns) are those of its last run; times are of that run."""
+    """One finished process. `columns` and `thermo` (rows, columns) are those of its last run."""
 
     version: str
     ranks: int
     columns: tuple[str, ...]
     thermo: np.ndarray
-    wall_s: float
-    cpu_s: float
 
 
 def thermo_row(line: str, columns: int) -> list[float] | None:
@@ -65,14 +63,9 @@ def read_log(path: str | Path) -> Log:
         raise RunError(f"LAMMPS: the log ends without {END_MARKER!r}; the run was cut off; log: {path}")
     version = re.search(r"^LAMMPS \((.*?)\)", text, re.MULTILINE)
     grids = re.findall(r"(\d+) by (\d+) by (\d+) MPI processor grid", text)
-    loop = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
-    share = re.findall(r"^([\d.]+)% CPU use with (\d+) MPI tasks", text, re.MULTILINE)
-    wall_s = float(loop[-1][0]) if loop else 0.0
     return Log(
         version=version[1] if version else "unknown",
         ranks=prod(map(int, grids[-1])) if grids else 0,
         columns=columns,
         thermo=thermo,
-        wall_s=wall_s,
-        cpu_s=wall_s * float(share[-1][0]) / 100 * int(share[-1][1]) if share else wall_s,
     )

@@ -2,13 +2,13 @@
 
 import contextlib
 import os
-import resource
 import shlex
 import shutil
 import subprocess
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from slurrycast.files import InputError, RunError
@@ -27,13 +27,17 @@ class Launcher:
 
     def command(self) -> list[str]:
         """Command line without LAMMPS' own options; InputError if a program cannot be found."""
-        words = shlex.split(self.executable)
-        if self.ranks > 1:
-            words = [*shlex.split(self.launcher), "-n", str(self.ranks), *words]
-        for key, program in (("dem.executable", shlex.split(self.executable)[0]), ("dem.launcher", words[0])):
-            if shutil.which(program) is None:
-                raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
-        return words
+        words = _found("dem.executable", self.executable)
+        return [*_found("dem.launcher", self.launcher), "-n", str(self.ranks), *words] if self.ranks > 1 else words
+
+
+def _found(key: str, command: str) -> list[str]:
+    """Words of `command` with the full path of its program, since LAMMPS is started from another folder."""
+    program, *options = shlex.split(command)
+    path = shutil.which(program)
+    if path is None:
+        raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
+    return [str(Path(path).absolute()), *options]
 
 
 def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, object]:
@@ -50,7 +54,13 @@ def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, objec
         "temperature_k": dem["temperature_k"],
         "temperature_damping_us": dem["temperature_damping_us"],
         "pressure_kpa": dem["pressure_kpa"],
+        "pressure_damping_us": dem["pressure_damping_us"],
     }
+
+
+def steps_per_frame(dem: Mapping) -> int:
+    """Steps from one frame to the next, from the section dem."""
+    return dem["steps"] // (dem["frames"] - 1)
 
 
 class Progress:
@@ -81,8 +91,7 @@ def run_lammps(
     log: str,
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`, with
-    the times of the whole process.
+    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`.
 
     `progress` is called with step and density for each line of the thermo table as it is printed. RunError if the log
     shows a failure, or a processor grid that is not the ranks asked for: some launchers start N copies of one rank,
@@ -91,10 +100,10 @@ def run_lammps(
     settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
-    start, cpu_before_s = time.perf_counter(), _children_cpu_s()
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     columns: list[str] = []
-    tail: list[str] = []
+    tail: deque[str] = deque(maxlen=5)
+    error = ""
     with subprocess.Popen(
         command,
         cwd=folder,
@@ -106,7 +115,9 @@ def run_lammps(
     ) as process:
         try:
             for line in process.stdout:
-                tail = [*tail[-4:], line.strip()]
+                tail.append(line.strip())
+                if line.startswith("ERROR"):
+                    error = error or line.strip()
                 if line.split()[:1] == ["Step"]:
                     columns = line.split()
                 elif progress and "v_density_g_cm3" in columns and (row := thermo_row(line, len(columns))):
@@ -115,21 +126,15 @@ def run_lammps(
             with contextlib.suppress(ProcessLookupError):
                 process.terminate()
             raise
-    if process.returncode and not (folder / log).exists():
-        raise RunError(
-            f"{shlex.join(command[:4])} ... ended with exit code {process.returncode}: {' '.join(tail)[-300:]}"
-        )
+    if error:  # of any rank; the log holds those of the first one
+        raise RunError(f"LAMMPS: {error}; log: {folder / log}")
+    if process.returncode:
+        said = " ".join(tail)[-300:]
+        raise RunError(f"LAMMPS ended with exit code {process.returncode}: {said}; log: {folder / log}")
     result = read_log(folder / log)
     if result.ranks != launcher.ranks:
         raise RunError(
             f"LAMMPS ran on {result.ranks} MPI ranks where dem.ranks asks for {launcher.ranks}: check dem.launcher; "
             f"log: {folder / log}"
         )
-    if process.returncode:
-        raise RunError(f"LAMMPS ended with exit code {process.returncode}; log: {folder / log}")
-    return replace(result, wall_s=time.perf_counter() - start, cpu_s=_children_cpu_s() - cpu_before_s)
-
-
-def _children_cpu_s() -> float:
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+    return result

@@ -6,6 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 
+def sphere_volume_um3(diameter_um: float | np.ndarray) -> float | np.ndarray:
+    """Volume of a sphere, or of each of several."""
+    return np.pi / 6 * diameter_um**3
+
+
 @dataclass(frozen=True)
 class ParticleType:
     """A size class of a phase: one LAMMPS atom type. `type`, `phase_index` and `size_class` count from 1."""
@@ -22,7 +27,7 @@ class ParticleType:
     @property
     def volume_um3(self) -> float:
         """Volume of one particle in um3."""
-        return np.pi / 6 * self.diameter_um**3
+        return sphere_volume_um3(self.diameter_um)
 
     @property
     def mass_pg(self) -> float:

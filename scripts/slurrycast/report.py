@@ -1,7 +1,7 @@
 """The report: one HTML file that holds all tables and figures of a run, and every sentence computed from them.
 
 `Results` is what a run has left behind; each `..._section` turns a part of it into blocks (tables, figures, text), and
-`write_html` puts them into report.html.jinja. The study's numbers stand in columns of their own.
+`report_html` puts them into report.html.jinja. The study's numbers stand in columns of their own.
 """
 
 import base64
@@ -49,6 +49,11 @@ class Results:
     def surrogates(self) -> list[str]:
         """Names of the surrogates."""
         return list(self.networks)
+
+    @property
+    def adopted_model(self) -> str | None:
+        """Path of the model that was trained elsewhere; None where this run trains its own."""
+        return self.config["surrogate"]["model"]
 
     def slurries(self, *roles: str) -> list[str]:
         """Ids of the slurries in one of `roles`, in the order of the slurry table."""
@@ -150,10 +155,8 @@ def duration(seconds: float | None) -> str:
     """Text of a time span in the unit that fits it."""
     if seconds is None or pd.isna(seconds):
         return "–"
-    for length, unit in ((3600, "h"), (60, "min")):
-        if seconds >= 1.5 * length:
-            return f"{seconds / length:.3g} {unit}"
-    return f"{seconds:.3g} s"
+    length_s, unit = time_unit(seconds)
+    return f"{seconds / length_s:.3g} {unit}"
 
 
 def span(values: pd.Series, form: str = ".3g", unit: str = "") -> str:
@@ -201,7 +204,13 @@ def figure_block(results: Results, stem: str, label: str, caption: str) -> list[
 def warnings(results: Results) -> list[str]:
     """Sentences on what limits the results: runs not in equilibrium, odd densities, extrapolation, a foreign model."""
     equilibrium = results.equilibrium
-    notices = [f"Slurry {row.slurry}: {row.warning}." for row in equilibrium.itertuples() if row.warning]
+    notices = []
+    if results.adopted_model:
+        notices.append(
+            f"Surrogate {listed(results.surrogates)} was trained elsewhere ({results.adopted_model}): neither its "
+            "training range nor its recipe is known here."
+        )
+    notices += [f"Slurry {row.slurry}: {row.warning}." for row in equilibrium.itertuples() if row.warning]
     expected = results.config["formulation"]["expected_density_g_cm3"]
     dem = results.density[results.density.model == "DEM"]
     odd = dem[(dem.density_g_cm3 / expected - 1).abs() > DENSITY_TOLERANCE]
@@ -210,19 +219,14 @@ def warnings(results: Results) -> list[str]:
         f"the expected {expected:g} g/cm³."
         for row in odd.itertuples()
     ]
-    trained = equilibrium.mass_units[equilibrium.role == "train"]
-    if not trained.empty:
+    if not results.adopted_model:
+        trained = equilibrium.mass_units[equilibrium.role == "train"]
         beyond = equilibrium[~equilibrium.role.eq("train") & (equilibrium.mass_units > trained.max())]
         notices += [
             f"Slurry {row.slurry} ({row.mass_units:g} units) is larger than anything trained on (at most "
             f"{trained.max():g} units): its prediction is an extrapolation."
             for row in beyond.itertuples()
         ]
-    notices += [
-        f"Surrogate {name} was trained elsewhere: this run has no learning curves of its own."
-        for name, history in results.histories.items()
-        if history.empty
-    ]
     return notices
 
 
@@ -298,7 +302,6 @@ def settings_section(results: Results) -> Section:
     per_frame = dem["steps"] // (dem["frames"] - 1)
     full_runs = results.slurries("train", "validation", "test")
     wall_s = results.costs[(results.costs.stage == "run_slurry") & results.costs.slurry.isin(full_runs)].wall_s
-    samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
     held_out, new = results.slurries("validation", "test"), results.slurries("new")
 
     def steps_of(frames: Sequence[int], interval: int) -> str:
@@ -325,19 +328,20 @@ def settings_section(results: Results) -> Section:
         ["Temperature (K)", f"{dem['temperature_k']:g}", "not stated"],
         ["MPI ranks a simulation", str(dem["ranks"]), f"one node of {study.RANKS} cores"],
         [
-            "Wall time a simulation",
-            f"{duration(wall_s.min())} to {duration(wall_s.max())}",
+            "Wall time of a full simulation",
+            " to ".join(dict.fromkeys(map(duration, (wall_s.min(), wall_s.max())))),
             duration(60 * study.FULL_DEM_MIN),
         ],
         ["Slurries: training", str(len(results.slurries("train"))), str(study.TRAINING_SLURRIES)],
         ["Slurries: held out", str(len(held_out)), str(study.HELD_OUT_SLURRIES)],
         ["Slurries: new, only to the last input frame", str(len(new)), "–"],
-        ["Samples (particles of the training slurries)", f"{samples:,}", f"{study.SAMPLES:,}"],
         ["Relaxation after the prediction (steps)", f"{results.config['relaxation']['steps']:,}", "not stated"],
     ]
-    for surrogate in results.surrogates:
-        settings = results.config["surrogate"].get(surrogate, {})
-        if not results.histories[surrogate].empty:
+    if not results.adopted_model:
+        samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
+        rows.append(["Samples (particles of the training slurries)", f"{samples:,}", f"{study.SAMPLES:,}"])
+        for surrogate in results.surrogates:
+            settings = results.config["surrogate"].get(surrogate, {})
             rows += [
                 [f"{words}, {surrogate}", f"{settings[key]:,}", f"{theirs:,}"]
                 for key, words, theirs in (
@@ -347,7 +351,7 @@ def settings_section(results: Results) -> Section:
                 )
                 if key in settings
             ]
-    caption = "Settings of simulation and training in this run and in the study."
+    caption = f"Settings of simulation{'' if results.adopted_model else ' and training'} in this run and in the study."
     blocks = [Table("Table 1", caption, ["", "This run", STUDY_GROUP], rows, study=(2,))]
 
     reached = pd.DataFrame({slurry: inputs["mass_fractions_reached"] for slurry, inputs in results.inputs.items()})
@@ -456,16 +460,19 @@ def network_section(results: Results, surrogate: str) -> Section:
     )
     blocks = [Table("Table 2", caption, ["Layer", "Output shape", "Parameters"], rows)]
     if history.empty:
-        caption = "The model was trained elsewhere; this run has no learning curves."
+        caption = "The model was trained elsewhere and came without learning curves."
     else:
         best = history.loc[history.val_loss.idxmin()]
         first, last = history.iloc[0], history.iloc[-1]
+        origin, use = "", ", whose weights are used"
+        if results.adopted_model:
+            origin, use = " of the adopted model, as they came with it,", ""
         caption = (
-            f"Learning curves over {len(history)} epochs. Validation MSE goes from {first.val_loss:.3g} to its lowest, "
-            f"{best.val_loss:.3g} µm² (MAE {best.val_mae:.3g} µm), at epoch {best.epoch:.0f}, whose weights are used; "
-            f"in the last epoch it is {last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
+            f"Learning curves{origin} over {len(history)} epochs. Validation MSE goes from {first.val_loss:.3g} to its "
+            f"lowest, {best.val_loss:.3g} µm² (MAE {best.val_mae:.3g} µm), at epoch {best.epoch:.0f}{use}; in the last "
+            f"epoch it is {last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
         )
-        if best.epoch == last.epoch and len(history) > 1:
+        if best.epoch == last.epoch and len(history) > 1 and not results.adopted_model:
             caption += " The lowest value is in the last epoch: more epochs may lower it further."
         caption += f" The study trains for {study.EPOCHS:,} epochs at batch {study.BATCH_SIZE}."
     blocks += figure_block(results, f"learning_curves_{surrogate}", "Fig. 2", caption)
@@ -517,8 +524,7 @@ def picture_caption(results: Results, surrogate: str, slurry: str) -> str:
 
 def density_table(results: Results, surrogate: str) -> Table:
     """Table 3."""
-    structures = results.structures(surrogate)
-    structures = structures[structures.dem_density.notna()]
+    structures = results.structures(surrogate).dropna()
     rows = []
     for slurry, row in structures.iterrows():
         theirs = study.DEM_STRUCTURE.get(slurry), study.HYBRID_STRUCTURE.get(slurry)
@@ -531,9 +537,7 @@ def density_table(results: Results, surrogate: str) -> Table:
             beside += [f"{dem.volume_um3:,.0f}", f"{hybrid.volume_um3:,.0f}"]
         ours = [f"{row.dem_density:.4f}", f"{row.density:.4f}", f"{row.share:+.1%}"]
         rows.append([slurry, *ours, f"{row.dem_volume:,.1f}", f"{row.volume:,.1f}", *beside])
-    caption = "Density and volume of the final microstructure, full DEM and hybrid."
-    if not structures.empty:
-        caption += " " + density_sentence(structures)
+    caption = f"Density and volume of the final microstructure, full DEM and hybrid. {density_sentence(structures)}"
     columns = ["Slurry", *["DEM (g/cm³)", "hybrid (g/cm³)", "difference", "DEM (µm³)", "hybrid (µm³)"] * 2]
     groups = [("", 1), ("This run", 5), (STUDY_GROUP, 5)]
     return Table("Table 3", caption, columns, rows, study=range(6, 11), groups=groups)
@@ -549,6 +553,16 @@ def density_sentence(structures: pd.DataFrame) -> str:
         f"{'denser' if share > 0 else 'less dense'} than its DEM); the study has "
         f"{study_differences().abs().mean():.2f} and {study_differences().abs().max():.2f} g/cm³."
     )
+
+
+def density_figure(results: Results, surrogate: str) -> list[FigureBlock]:
+    """Fig. S2: all slurries of the hybrid chain."""
+    structures = results.structures(surrogate).dropna()
+    if structures.empty:
+        caption = "Final density of the hybrid chain; there is no full DEM to compare with."
+    else:
+        caption = f"Final density of the full DEM and the hybrid chain. {density_sentence(structures)}"
+    return figure_block(results, f"density_{surrogate}", "Fig. S2", caption)
 
 
 def coordinate_table(results: Results, surrogate: str) -> Table:
@@ -592,6 +606,8 @@ def coordinate_table(results: Results, surrogate: str) -> Table:
 def rdf_caption(results: Results, surrogate: str) -> str:
     """What the RDF panels show."""
     errors = results.rdf_errors[results.rdf_errors.surrogate == surrogate]
+    if errors.empty:
+        return "Radial distribution functions of the predicted and the relaxed structure; there is no target."
     cutoff_um = results.config["analysis"]["rdf_cutoff_um"]
     caption = "Radial distribution functions of the target, the predicted and the relaxed structure. "
     for pair, of_pair in errors.groupby("pair", sort=False):
@@ -600,7 +616,7 @@ def rdf_caption(results: Results, surrogate: str) -> str:
             f"For {pair_name(pair)} the relaxed curve is {span(of_pair.mean_abs_difference)} "
             f"from the target on average, farthest for slurry {worst.slurry}. "
         )
-    if not errors.empty and errors.r_max_um.min() < 0.99 * cutoff_um:
+    if errors.r_max_um.min() < 0.99 * cutoff_um:
         caption += (
             f"Curves end at {span(errors.r_max_um, '.2f', ' µm')} instead of {cutoff_um:g} µm, since distances beyond "
             "half of the shortest box edge are not complete. "
@@ -609,6 +625,11 @@ def rdf_caption(results: Results, surrogate: str) -> str:
         "The study sees first peaks near 0.8 and 1.1 µm for all pairs, deviations at 0.3 to 0.9 µm for NiO-8YSZ, and "
         "agreement beyond 2 µm except for its slurry 6."
     )
+
+
+def rdf_figure(results: Results, surrogate: str) -> list[FigureBlock]:
+    """Fig. 6: all slurries of the hybrid chain."""
+    return figure_block(results, f"rdf_{surrogate}", "Fig. 6", rdf_caption(results, surrogate))
 
 
 def rdf_table(results: Results, surrogate: str) -> Table:
@@ -637,9 +658,9 @@ def prediction_section(results: Results, surrogate: str) -> Section:
     section.blocks += [
         Heading("Coordinates"),
         Text(
-            "Predicted against target coordinates of each particle, unwrapped, about the centre of the box, each "
-            "structure in its own box and with its mean shift removed; the lower panels show predicted less target. R² "
-            "mostly says how large the box is against the error, so the deviations and the MSE are what to compare."
+            "Predicted against target coordinates of each particle, unwrapped, each structure in its own box and less "
+            "its mean over the particles; the lower panels show predicted less target. R² mostly says how large the "
+            "box is against the error, so the deviations and the MSE are what to compare."
         ),
     ]
     for place, slurry in enumerate(compared):
@@ -653,18 +674,12 @@ def prediction_section(results: Results, surrogate: str) -> Section:
         caption = picture_caption(results, surrogate, slurry)
         pictures += figure_block(results, f"slurry_{surrogate}_{slurry}", f"Fig. 4, slurry {slurry}", caption)
     section.blocks += pictures or [Text("3D pictures are off in this configuration (report.pictures).")]
-    structures = results.structures(surrogate).dropna()
     section.blocks += [
         Heading("Density and volume"),
         density_table(results, surrogate),
-        *figure_block(
-            results,
-            f"density_{surrogate}",
-            "Fig. S2",
-            f"Final density of the full DEM and the hybrid chain. {density_sentence(structures)}",
-        ),
+        *density_figure(results, surrogate),
         Heading("Radial distribution functions"),
-        *figure_block(results, f"rdf_{surrogate}", "Fig. 6", rdf_caption(results, surrogate)),
+        *rdf_figure(results, surrogate),
         rdf_table(results, surrogate),
     ]
     return section
@@ -714,8 +729,15 @@ def new_section(results: Results) -> Section | None:
         "New slurries: the DEM stops at the last input frame and the surrogate takes over. There is no target, so "
         "there are no errors."
     )
-    text = Text("The radial distribution functions of predicted and relaxed structure are among the panels of Fig. 6.")
-    return Section("New slurries", [Table("Table S4", caption, columns, rows, texts=(0, 1)), text, *pictures])
+    if results.slurries("validation", "test"):
+        curves = [Text("Their densities are in Fig. S2 and their radial distribution functions in Fig. 6, above.")]
+    else:
+        curves = [
+            block
+            for surrogate in results.surrogates
+            for block in (*density_figure(results, surrogate), *rdf_figure(results, surrogate))
+        ]
+    return Section("New slurries", [Table("Table S4", caption, columns, rows, texts=(0, 1)), *pictures, *curves])
 
 
 def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) -> Section:
@@ -742,10 +764,11 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
         f"{study.HYBRID_MIN} min is not stated."
     )
     finite = comparison.dropna(subset=["ratio"])
-    sentence = "No slurry was run both ways."
+    sentence = "Wall time of the hybrid run with its parts. No slurry was run both ways."
     if not finite.empty:
         parts = finite[list(HYBRID_PARTS)].sum()
         sentence = (
+            "Wall time of the full DEM and of the hybrid run with its parts. "
             f"The full DEM takes {span(finite.ratio, '.2g')} times as long as the hybrid run, most for slurry "
             f"{finite.slurry[finite.ratio.idxmax()]}; of the hybrid time, {parts.max() / parts.sum():.0%} goes into "
             f"{HYBRID_PARTS[parts.idxmax()]}, its largest part."
@@ -753,6 +776,8 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
         early = finite.ratio_to_equilibrium.dropna()
         if not early.empty:
             sentence += f" Against the DEM up to its equilibrium the ratio is {span(early, '.2g')}."
+    if results.adopted_model:
+        sentence += " Not in it: what the training of the model took elsewhere."
     training = results.costs[results.costs.stage == "train_surrogate"]
     sentence += "".join(
         f" Not in it, and needed once: the training of {row.surrogate}, {duration(row.wall_s)}, and the DEM of its "
@@ -764,11 +789,10 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
             results,
             f"costs_{surrogate}",
             "Fig. S3",
-            f"Wall time of the full DEM and of the hybrid run with its parts. {sentence} The study, at its own scale, "
-            f"has {study.FULL_DEM_MIN:,} min against about {study.HYBRID_MIN} min.",
+            f"{sentence} The study, at its own scale, has {study.FULL_DEM_MIN:,} min against about "
+            f"{study.HYBRID_MIN} min.",
         )
     section.blocks.append(Table("Table S5", caption, columns, rows, groups=groups))
-    # run_slurry_to_input is a part of run_slurry
     stages = results.costs[results.costs.stage != "run_slurry_to_input"].groupby("stage", sort=False)
     rows = [
         [
@@ -782,7 +806,10 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
         for stage, jobs in stages
     ]
     columns = ["Stage", "Jobs", "Wall time, summed", "CPU time, summed", "Longest job", "Peak memory (MB)"]
-    caption = "All jobs by stage. Jobs can run side by side: the sum of wall times is not the length of the run."
+    caption = (
+        "All jobs by stage. Jobs can run side by side: the sum of wall times is not the length of the run. The stage "
+        "run_slurry_to_input of tables/cost.csv is a part of run_slurry and not counted again."
+    )
     section.blocks.append(Table("Table S6", caption, columns, rows))
     return section
 
@@ -795,7 +822,10 @@ def provenance_section(results: Results) -> Section:
     lammps = sorted({str(run["lammps_version"]) for run in results.runs.values()})
     rows = [[str(key).replace("_", " "), str(value)] for key, value in flat.items()]
     rows.append(["LAMMPS, as its logs say", listed(lammps)])
-    caption = "Versions of this run. Seeds, positions and physics of every slurry are in its inputs.json."
+    caption = (
+        "Versions at the time when the configuration of this run was last recorded. Seeds and physics of every slurry "
+        "are in its inputs.json."
+    )
     return Section(
         "Versions and configuration",
         [
@@ -827,11 +857,11 @@ def report_html(results: Results) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATE.parent), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    held_out = results.slurries("test", "validation")
+    groups = (("to train on", ["train"]), ("held out", ["validation", "test"]), ("new", ["new"]))
+    counts = [f"{len(results.slurries(*roles))} {words}" for words, roles in groups if results.slurries(*roles)]
     lead = (
-        f"Tape-casting slurries by DEM and by a hybrid of DEM and {listed(results.surrogates)}: "
-        f"{len(results.slurries('train'))} slurries to train on, {len(held_out)} held out, "
-        f"{len(results.slurries('new'))} new; {results.equilibrium.particles.sum():,} particles in all."
+        f"Tape-casting slurries by DEM and by a hybrid of DEM and {listed(results.surrogates)}: {listed(counts)}; "
+        f"{results.equilibrium.particles.sum():,} particles in all."
     )
     return environment.get_template(TEMPLATE.name).render(
         title=f"SlurryCast report: {results.config['run']['name']}",

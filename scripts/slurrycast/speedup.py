@@ -1,7 +1,6 @@
 """What the hybrid chain costs for one slurry, against the full DEM and against the DEM up to equilibrium."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -34,8 +33,9 @@ def compare_costs(
 
     `costs` is tables/cost.csv, `equilibrium` tables/equilibrium.csv, `runs` the content of run.json by slurry; `clock`
     is wall_s or cpu_s. Columns: surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid, dem,
-    dem_to_equilibrium, ratio (dem / hybrid), ratio_to_equilibrium. The last four are NaN where the DEM was not run to
-    the end, or does not reach equilibrium before it.
+    dem_to_equilibrium, ratio (dem / hybrid), ratio_to_equilibrium. dem and ratio are NaN for slurries of role new,
+    whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN for these too, and for slurries
+    with a warning, which are not in equilibrium at their end.
     """
     rows = []
     relaxations = costs[costs.stage == "relax_slurry"]
@@ -64,12 +64,6 @@ def compare_costs(
                 }
             )
     return pd.DataFrame(rows)
-
-
-def read_equilibrium(path: str | Path) -> pd.DataFrame:
-    """Read tables/equilibrium.csv: ids are text, a missing warning is the empty text."""
-    table = pd.read_csv(path, dtype={"slurry": str})
-    return table.assign(warning=table.warning.fillna("").astype(str))
 
 
 def time_unit(longest_s: float) -> tuple[float, str]:

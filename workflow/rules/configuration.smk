@@ -15,6 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from slurrycast import configuration
 from slurrycast.dependencies import modules
+from slurrycast.lammps_run import steps_per_frame
 from slurrycast.recipe import particle_counts, particle_types
 
 # Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not.
@@ -25,11 +26,15 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
+TRAINING_NEEDED = config["surrogate"]["model"] is None
+if not TRAINING_NEEDED:
+    SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # nothing would use them
+
 RESULTS = f"results/{config['run']['name']}"
 SURROGATES = config["surrogate"]["names"]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
-FRAME_STEPS = config["dem"]["steps"] // (config["dem"]["frames"] - 1)
+FRAME_STEPS = steps_per_frame(config["dem"])
 
 
 def with_role(*roles):
@@ -37,7 +42,6 @@ def with_role(*roles):
     return [slurry.id for slurry in SLURRIES.values() if slurry.role in roles]
 
 
-TRAINING_NEEDED = config["surrogate"]["model"] is None
 SOURCE_OF_MODELS = "train_surrogate" if TRAINING_NEEDED else "adopt_model"
 TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
@@ -59,9 +63,9 @@ def particles(wildcards):
 
 
 def last_frame(wildcards):
-    """Last frame of the DEM: a slurry of role `new` ends at the last one from which anything goes on."""
+    """Last frame of the DEM: a slurry of role `new` ends at the last input frame."""
     new = SLURRIES[wildcards.slurry].role == "new"
-    return max(config["dem"]["restart_frames"]) if new else config["dem"]["frames"] - 1
+    return max(INPUT_FRAMES) if new else config["dem"]["frames"] - 1
 
 
 def dem_priority(wildcards):
@@ -70,13 +74,23 @@ def dem_priority(wildcards):
     return slurry.mass_units + (1000 if slurry.role == "train" else 0)
 
 
-def dem_minutes(wildcards, attempt):
-    """Walltime of the DEM in minutes."""
-    particle_steps = particles(wildcards) * last_frame(wildcards) * FRAME_STEPS
+def lammps_minutes(wildcards, steps, attempt):
+    """Walltime of `steps` of the DEM in minutes."""
+    particle_steps = particles(wildcards) * steps
     particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
     return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
 
 
+def training_minutes(wildcards, attempt):
+    """Walltime of a training in minutes; one step of the largest network takes below a second on one slow core."""
+    settings = config["surrogate"][wildcards.surrogate]
+    types = particle_types(config["formulation"]["phases"])
+    unit_pg = config["formulation"]["unit_mass_pg"]
+    samples = sum(particle_counts(types, SLURRIES[slurry].mass_units * unit_pg).sum() for slurry in TRAINING)
+    return 10 + attempt * int(settings["epochs"] * samples / settings["batch_size"] / 60)
+
+
+# The ids themselves: any other pattern cuts names like coordinates_vgg16_6_r1 at the wrong place.
 wildcard_constraints:
-    slurry="[A-Za-z0-9_]+",
-    surrogate="[A-Za-z0-9_]+",
+    slurry="|".join(SLURRIES),
+    surrogate="|".join(SURROGATES),

@@ -12,10 +12,9 @@ OUTPUTS:
 
 rule extract_frames:
     input:
-        # ancient: the dump is gone once the frames are checked, so an edit of the code that reads it would repeat the DEM.
-        # Where such an edit has to reach old results: snakemake --forcerun extract_frames.
+        # The dump is gone once the frames are checked, so any reason to read it again repeats the DEM. An edit of the code
+        # is none: the script is ancient, its modules are not listed. To have it all the same: --forcerun extract_frames.
         script=ancient("scripts/extract_frames.py"),
-        modules=ancient(modules("scripts/extract_frames.py")),
         dump=rules.run_slurry.output.dump,
         inputs=rules.generate_inputs.output.inputs,
         run=rules.run_slurry.output.run,

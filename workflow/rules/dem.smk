@@ -5,7 +5,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     dem/{slurry}/initial.data, coefficients.lmp, push_off.lmp, inputs.json
-    dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, thermo.csv, run.json
+    dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, lammps.log, thermo.csv, run.json
 """
 
 
@@ -46,7 +46,9 @@ rule run_slurry:
         inputs=rules.generate_inputs.output.inputs,
     output:
         dump=temp(f"{RESULTS}/dem/{{slurry}}/dump.lammpstrj"),
-        restarts=expand(f"{RESULTS}/dem/{{{{slurry}}}}/frame_{{k}}.restart", k=config["dem"]["restart_frames"]),
+        # those of other restart frames are written too; declared are the ones that every slurry has
+        restarts=expand(f"{RESULTS}/dem/{{{{slurry}}}}/frame_{{k}}.restart", k=INPUT_FRAMES),
+        log=f"{RESULTS}/dem/{{slurry}}/lammps.log",
         thermo=f"{RESULTS}/dem/{{slurry}}/thermo.csv",
         run=f"{RESULTS}/dem/{{slurry}}/run.json",
         cost=f"{RESULTS}/costs/run_slurry/{{slurry}}.json",
@@ -60,19 +62,22 @@ rule run_slurry:
     threads: config["dem"]["ranks"]
     # How LAMMPS is started stands among the resources, since a change of it is no reason to run a slurry again.
     resources:
-        mpi=config["dem"]["launcher"],
+        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
         tasks=config["dem"]["ranks"],
+        cpus_per_task=1,
         executable=config["dem"]["executable"],
         mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
-        runtime=dem_minutes,
+        runtime=lambda wildcards, attempt: lammps_minutes(wildcards, last_frame(wildcards) * FRAME_STEPS, attempt),
     params:
         last_frame=last_frame,
+        restarts=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}",
         work=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}/work",
     shell:
         "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q}"
         " --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
         " --last-frame {params.last_frame} --work {params.work:q}"
-        " --executable {resources.executable:q} --launcher {resources.mpi:q} --ranks {resources.tasks}"
-        " --dump {output.dump:q} --restarts {output.restarts:q} --thermo {output.thermo:q} --run {output.run:q}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --dump {output.dump:q} --restarts {params.restarts:q} --log {output.log:q} --thermo {output.thermo:q}"
+        " --run {output.run:q}"
         " --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -53,10 +53,12 @@ rule relax_slurry:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
     resources:
-        mpi=config["dem"]["launcher"],
+        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
         tasks=config["dem"]["ranks"],
+        cpus_per_task=1,
         executable=config["dem"]["executable"],
         mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
+        runtime=lambda wildcards, attempt: lammps_minutes(wildcards, config["relaxation"]["steps"], attempt),
     params:
         settings=section(config["relaxation"]),
         work=lambda wildcards: f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work",
@@ -64,6 +66,6 @@ rule relax_slurry:
         "python {input.script:q} --wrapped {input.wrapped:q} --predicted {input.predicted:q}"
         " --inputs {input.inputs:q} --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
         " --settings {params.settings:q} --work {params.work:q}"
-        " --executable {resources.executable:q} --launcher {resources.mpi:q} --ranks {resources.tasks}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --relaxed-data {output.data:q} --relaxed {output.relaxed:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -31,6 +31,7 @@ if TRAINING_NEEDED:
         threads: lambda wildcards: config["surrogate"][wildcards.surrogate]["threads"]
         resources:
             mem_mb=lambda wildcards, attempt: attempt * 4000,
+            runtime=training_minutes,
         params:
             settings=lambda wildcards: section(config["surrogate"][wildcards.surrogate]),
             seed=config["learning"]["seed"],

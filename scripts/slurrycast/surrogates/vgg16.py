@@ -23,7 +23,7 @@ import numpy as np
 import psutil
 
 from slurrycast.dataset import TrainingSet
-from slurrycast.files import InputError, moved_into_place, write_text
+from slurrycast.files import InputError, RunError, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
 
 if TYPE_CHECKING:
@@ -267,7 +267,7 @@ def fit(
     The model has the weights of the epoch with the lowest validation loss. `settings`: epochs, batch_size,
     learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
     `work_directory` of the same settings and data is continued as if there had been no break. InputError for settings
-    that are missing and if the loss is not finite.
+    that are missing, RunError if the loss is not finite.
     """
     for key in ("epochs", "batch_size", "learning_rate", "threads"):
         if not settings.get(key, 0) > 0:
@@ -290,7 +290,7 @@ def fit(
         losses = trainer.train_epoch(features, targets, order, settings["batch_size"])
         row = np.concatenate([losses, trainer.errors(features[held], targets[held])])
         if not np.isfinite(row).all():
-            raise InputError(
+            raise RunError(
                 f"{NAME}: the loss is not finite in epoch {epoch}, "
                 f"learning_rate {settings['learning_rate']} is too large"
             )
@@ -328,7 +328,7 @@ def predict(model_path: str | Path, features: np.ndarray) -> np.ndarray:
     import keras
 
     try:
-        model = keras.saving.load_model(model_path, compile=False)
+        model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
     except (OSError, ValueError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
     if model.input_shape[1:] != features.shape[1:] or model.output_shape[1:] != (3,):

