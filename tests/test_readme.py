@@ -52,3 +52,5 @@ def test_machine_and_training_time(root, reference):
     cost = pd.read_csv(reference / "tables" / "cost.csv")
     minutes = cost[cost.stage == "train_surrogate"].wall_s.iloc[0] / 60
     assert f"Training, {minutes:.1f} min" in text
+    cpu_s = cost[cost.stage != "run_slurry_to_input"].cpu_s.sum()
+    assert f"it needed {cpu_s / 60:.0f} minutes of CPU time" in text
