@@ -22,9 +22,6 @@ lint: .venv/installed-test
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --ignore-installed --no-deps \
 			--only-binary :all: --python-version $$python --target .venv/none -r envs/requirements-test.txt || exit 1; \
 	done
-	for scale in config tiny reduced full; do \
-		$(BIN)/snakemake --cores $(CORES) --configfile config/$$scale.yaml --dry-run --quiet all || exit 1; \
-	done
 
 # The tracked copy of a demo run: tables, learning curves, versions, and the figures that the README shows or is read with.
 REFERENCE := results/reference/demo

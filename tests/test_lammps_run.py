@@ -1,6 +1,7 @@
 """LAMMPS itself: a chain of restarts, MPI ranks, and every way in which a start can fail."""
 
 import json
+import shlex
 import shutil
 import sys
 from itertools import pairwise
@@ -179,11 +180,13 @@ def test_error_that_only_the_screen_shows_is_passed_on(folder, variables, tmp_pa
 
 
 def test_executable_may_be_given_relative_to_the_project(folder, variables, tmp_path, monkeypatch):
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "lmp").symlink_to(shutil.which("lmp"))
+    (tmp_path / "my bin").mkdir()
+    (tmp_path / "my bin" / "lmp").symlink_to(shutil.which("lmp"))
     monkeypatch.chdir(tmp_path)
-    assert Launcher("bin/lmp", "mpiexec", 1).command() == [str(tmp_path / "bin" / "lmp")]
-    assert run_lammps(Launcher("bin/lmp", "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log").ranks == 1
+    assert Launcher("my bin/lmp", "mpiexec", 1).command() == [str(tmp_path / "my bin" / "lmp")]
+    assert (
+        run_lammps(Launcher("my bin/lmp", "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log").ranks == 1
+    )
 
 
 @pytest.mark.parametrize(
@@ -203,7 +206,8 @@ def test_missing_program_is_named_with_its_key(launcher, key, program):
 def test_command_lines():
     python = sys.executable
     assert Launcher(python, "not asked for", 1).command() == [python]
-    assert Launcher(f"{python} -k on", f"{python} --exact", 4).command() == [
+    quoted = shlex.quote(python)
+    assert Launcher(f"{quoted} -k on", f"{quoted} --exact", 4).command() == [
         python,
         "--exact",
         "-n",

@@ -33,7 +33,8 @@ class Launcher:
 
 def _found(key: str, command: str) -> list[str]:
     """Words of `command` with the full path of its program, since LAMMPS is started from another folder."""
-    program, *options = shlex.split(command)
+    # a program, whose path may hold spaces, or a program with options of its own
+    program, *options = [command] if shutil.which(command) else shlex.split(command)
     path = shutil.which(program)
     if path is None:
         raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
