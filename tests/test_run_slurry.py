@@ -203,12 +203,12 @@ def test_missing_lammps_is_one_line(slurry, tmp_path, dem_command):
 
 
 def test_terminated_run_takes_its_lammps_along(slurry, tmp_path, dem_command):
-    command = dem_command(slurry, tmp_path, 120)
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    while not (tmp_path / "work" / "step_500.restart").exists():
+    process = subprocess.Popen(dem_command(slurry, tmp_path, 120), stdout=subprocess.DEVNULL)
+    lammps: list[psutil.Process] = []
+    while not ((tmp_path / "work" / "step_500.restart").exists() and lammps):
         assert process.poll() is None
+        lammps = psutil.Process(process.pid).children()  # none between two segments
         time.sleep(0.005)
-    (lammps,) = psutil.Process(process.pid).children()
     process.terminate()
     assert process.wait(timeout=10) == 128 + signal.SIGTERM
-    assert not lammps.is_running()
+    assert psutil.wait_procs(lammps, timeout=5)[1] == []

