@@ -16,7 +16,7 @@ import numpy as np
 from slurrycast.costs import measured_cost
 from slurrycast.files import InputError, run_main
 from slurrycast.frames import Frame, FrameStore, Particles, read_frames, write_frames
-from slurrycast.lammps_dump import DumpFrame, read_dump
+from slurrycast.lammps_dump import DumpFrame, as_frame, read_dump
 from slurrycast.lammps_run import steps_per_frame
 from slurrycast.recipe import sphere_volume_um3
 
@@ -51,20 +51,6 @@ def particles_of(inputs: dict, dump: Path, frame: DumpFrame) -> Particles:
         radius_um=radius_um,
         mass_pg=np.array([row["density_g_cm3"] for row in rows]) * sphere_volume_um3(2 * radius_um),
         phase_names=tuple(dict.fromkeys(row["phase"] for row in inputs["types"])),
-    )
-
-
-def as_frame(frame: DumpFrame, number: int, timestep_us: float) -> Frame:
-    """A dump frame as a frame of the store."""
-    return Frame(
-        number=number,
-        step=frame.step,
-        time_us=frame.step * timestep_us,
-        position_um=frame.values[:, 3:6],
-        scaled_position=frame.values[:, 6:9],
-        coordination=frame.values[:, 9].astype(np.int32),
-        lower_um=frame.lower_um,
-        edges_um=frame.edges_um,
     )
 
 

@@ -10,12 +10,10 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
-
 from slurrycast.costs import measured_cost
 from slurrycast.files import moved_into_place, run_main
-from slurrycast.frames import Frame, read_frames, write_frames
-from slurrycast.lammps_dump import read_dump
+from slurrycast.frames import read_frames, write_frames
+from slurrycast.lammps_dump import as_frame, read_dump
 from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
 
 
@@ -41,7 +39,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Relax and write."""
     args = parse_args()
-    inputs = json.loads(args.inputs.read_text())
+    inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     steps, dem = args.settings["steps"], inputs["physics"]["dem"]
     variables = {
         **force_field_variables(inputs["physics"]["force_field"], dem),
@@ -69,16 +67,7 @@ def main() -> None:
             run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
             log = run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
             (dump,) = read_dump(work / "relaxed.dump")
-            frame = Frame(
-                number=store.last,
-                step=steps,
-                time_us=steps * dem["timestep_us"],
-                position_um=dump.values[:, 3:6],
-                scaled_position=dump.values[:, 6:9],
-                coordination=dump.values[:, 9].astype(np.int32),
-                lower_um=dump.lower_um,
-                edges_um=dump.edges_um,
-            )
+            frame = as_frame(dump, store.last, dem["timestep_us"])
             attributes = {
                 **store.attributes,
                 "stage": "relaxed",

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import yaml
 
@@ -28,6 +29,13 @@ RESTART_FRAMES = [1, 10, 60]
 def root() -> Path:
     """The project folder."""
     return ROOT
+
+
+@pytest.fixture
+def history() -> pd.DataFrame:
+    """Learning curves of three epochs, the second one the best."""
+    losses = {"loss": [3, 1, 0.4], "mae": [2, 1, 0.5], "val_loss": [2.5, 0.9, 1], "val_mae": [1.5, 0.8, 0.9]}
+    return pd.DataFrame({"epoch": [1, 2, 3]} | losses)
 
 
 @pytest.fixture(scope="session", autouse=True)

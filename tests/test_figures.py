@@ -155,16 +155,7 @@ def test_workflow_diagram(tmp_path, monkeypatch):
 # ---- curves
 
 
-def test_learning_curves(tmp_path):
-    history = pd.DataFrame(
-        {
-            "epoch": [1, 2, 3],
-            "loss": [3, 1, 0.4],
-            "mae": [2, 1, 0.5],
-            "val_loss": [2.5, 0.9, 1],
-            "val_mae": [1.5, 0.8, 0.9],
-        }
-    )
+def test_learning_curves(tmp_path, history):
     figure = plot_learning_curves.draw_learning_curves(history)
     marked = [axes.lines[-1].get_xydata()[0].tolist() for axes in figure.axes]
     assert marked == [[2.0, 0.9], [2.0, 0.8]]

@@ -118,7 +118,7 @@ def model(tmp_path):
 
 
 @pytest.fixture
-def results(tmp_path, model) -> Results:
+def results(tmp_path, model, history) -> Results:
     """A run with one training slurry, two held out, of which "6" is the worst, and a new one."""
     roles = {"T1": "train", "2": "test", "6": "test", "N1": "new"}
     equilibrium = pd.DataFrame(
@@ -188,15 +188,6 @@ def results(tmp_path, model) -> Results:
     for stem in stems:
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
-    history = pd.DataFrame(
-        {
-            "epoch": [1, 2, 3],
-            "loss": [3, 1, 0.4],
-            "mae": [2, 1, 0.5],
-            "val_loss": [2.5, 0.9, 1],
-            "val_mae": [1.5, 0.8, 0.9],
-        }
-    )
     return Results(
         config=CONFIG,
         config_text="run: {name: unit}",

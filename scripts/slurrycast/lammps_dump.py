@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.files import InputError
+from slurrycast.frames import Frame
 
 COLUMNS = ("id", "type", "radius", "xu", "yu", "zu", "xsu", "ysu", "zsu", "c_contacts")
 
@@ -20,6 +21,20 @@ class DumpFrame:
     lower_um: np.ndarray
     edges_um: np.ndarray
     values: np.ndarray
+
+
+def as_frame(frame: DumpFrame, number: int, timestep_us: float) -> Frame:
+    """A dump frame as frame `number` of the store; its time is that of its step."""
+    return Frame(
+        number=number,
+        step=frame.step,
+        time_us=frame.step * timestep_us,
+        position_um=frame.values[:, 3:6],
+        scaled_position=frame.values[:, 6:9],
+        coordination=frame.values[:, 9].astype(np.int32),
+        lower_um=frame.lower_um,
+        edges_um=frame.edges_um,
+    )
 
 
 class _Lines:

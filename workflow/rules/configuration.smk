@@ -52,14 +52,19 @@ PICTURED = PREDICTED if config["report"]["pictures"] else []
 
 def section(value):
     """A part of the configuration as one line of JSON, the form in which scripts take it."""
-    return json.dumps(value, ensure_ascii=False, sort_keys=False)
+    return json.dumps(value, ensure_ascii=False)
 
 
-def particles(wildcards):
+def particles(slurry):
     """Number of particles of a slurry."""
     formulation = config["formulation"]
-    mass_pg = SLURRIES[wildcards.slurry].mass_units * formulation["unit_mass_pg"]
+    mass_pg = SLURRIES[slurry].mass_units * formulation["unit_mass_pg"]
     return int(particle_counts(particle_types(formulation["phases"]), mass_pg).sum())
+
+
+def lammps_mb(wildcards, attempt):
+    """Memory of LAMMPS and what reads its output in MB."""
+    return attempt * (1000 + particles(wildcards.slurry) // 20)
 
 
 def last_frame(wildcards):
@@ -76,7 +81,7 @@ def dem_priority(wildcards):
 
 def lammps_minutes(wildcards, steps, attempt):
     """Walltime of `steps` of the DEM in minutes."""
-    particle_steps = particles(wildcards) * steps
+    particle_steps = particles(wildcards.slurry) * steps
     particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
     return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
 
@@ -84,10 +89,8 @@ def lammps_minutes(wildcards, steps, attempt):
 def training_minutes(wildcards, attempt):
     """Walltime of a training in minutes; one step of the largest network takes below a second on one slow core."""
     settings = config["surrogate"][wildcards.surrogate]
-    types = particle_types(config["formulation"]["phases"])
-    unit_pg = config["formulation"]["unit_mass_pg"]
-    samples = sum(particle_counts(types, SLURRIES[slurry].mass_units * unit_pg).sum() for slurry in TRAINING)
-    return 10 + attempt * int(settings["epochs"] * samples / settings["batch_size"] / 60)
+    updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
+    return 10 + attempt * int(updates / 60)
 
 
 # The ids themselves: any other pattern cuts names like coordinates_vgg16_6_r1 at the wrong place.

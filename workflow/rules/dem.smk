@@ -66,7 +66,7 @@ rule run_slurry:
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
         executable=config["dem"]["executable"],
-        mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
+        mem_mb=lammps_mb,
         runtime=lambda wildcards, attempt: lammps_minutes(wildcards, last_frame(wildcards) * FRAME_STEPS, attempt),
     params:
         last_frame=last_frame,

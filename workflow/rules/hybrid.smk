@@ -57,7 +57,7 @@ rule relax_slurry:
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
         executable=config["dem"]["executable"],
-        mem_mb=lambda wildcards, attempt: attempt * (1000 + particles(wildcards) // 20),
+        mem_mb=lammps_mb,
         runtime=lambda wildcards, attempt: lammps_minutes(wildcards, config["relaxation"]["steps"], attempt),
     params:
         settings=section(config["relaxation"]),
