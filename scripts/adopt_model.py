@@ -10,15 +10,15 @@ import shutil
 import zipfile
 from pathlib import Path
 
+from slurrycast import surrogates
 from slurrycast.costs import measured_cost
-from slurrycast.features import FEATURE_NAMES
 from slurrycast.files import InputError, moved_into_place, run_main, write_text
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--surrogate", required=True, help="name under which the model is used")
+    parser.add_argument("--surrogate", required=True, help="label under which the model is used")
     parser.add_argument("--trained", required=True, type=Path, help="in: trained model (.keras)")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--model", required=True, help="out: the same model (.keras)")
@@ -41,12 +41,14 @@ def input_shape(path: Path) -> tuple[int, int]:
 def main() -> None:
     """Check and copy."""
     args = parse_args()
+    label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
-        shape, wanted = input_shape(args.trained), (len(args.input_frames), len(FEATURE_NAMES))
+        width = surrogates.load(label.name).input_width(label.settings)
+        shape, wanted = input_shape(args.trained), (len(args.input_frames), width)
         if shape != wanted:
             raise InputError(
                 f"surrogate.model: {args.trained} takes {shape[0]} frames of {shape[1]} features, "
-                f"learning.input_frames gives {wanted[0]} of {wanted[1]}"
+                f"{args.surrogate} needs {wanted[0]} of {wanted[1]}"
             )
         with moved_into_place(args.model) as part:
             shutil.copyfile(args.trained, part)

@@ -1,8 +1,8 @@
 """Assemble the data set: the input frames and the target frame of every particle of the training slurries.
 
 In: frame stores of the training slurries (HDF5).
-Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids and the random split into training and
-validation, as HDF5.
+Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids, the random split into training and
+validation, and the box edges (um) of each slurry at these frames, as HDF5.
 """
 
 import argparse
@@ -33,10 +33,13 @@ def main() -> None:
     """Assemble and write."""
     args = parse_args()
     with measured_cost(args.cost, "assemble_dataset") as cost:
-        features, targets, ids, names = [], [], [], []
+        features, targets, ids, names, input_edges_um, target_edges_um = [], [], [], [], [], []
         for path in args.frames:
             with read_frames(path) as store:
-                features.append(particle_history(store, args.input_frames))
+                frames = [store.frame(k) for k in args.input_frames]
+                features.append(particle_history(store.particles, frames))
+                input_edges_um.append([frame.edges_um for frame in frames])
+                target_edges_um.append(store.box(args.target_frame)[1])
                 targets.append(store.position_um(args.target_frame))
                 ids.append(store.particles.id)
                 names.append(str(store.attributes["slurry"]))
@@ -53,6 +56,8 @@ def main() -> None:
                 feature_names=FEATURE_NAMES,
                 input_frames=tuple(args.input_frames),
                 target_frame=args.target_frame,
+                input_edges_um=np.array(input_edges_um),
+                target_edges_um=np.array(target_edges_um),
             ),
             args.seed,
         )

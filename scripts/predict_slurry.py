@@ -1,55 +1,116 @@
 """Predict the equilibrated microstructure of one slurry from its own input frames and nothing later.
 
-In: the slurry's frame store (HDF5) and a trained model.
+In: the slurry's frame store (HDF5), and what the surrogate needs beside it: a model, the packing fraction that gives
+the final box, or the restart file from which it goes on with the DEM.
 Out: predicted unwrapped coordinates (um) with the box that the surrogate's rule gives, as a frame store of one frame.
 The rule and its scale are attributes of the file.
 """
 
 import argparse
+import json
+import shutil
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 from slurrycast import final_box, surrogates
 from slurrycast.costs import measured_cost
-from slurrycast.features import particle_history
-from slurrycast.files import RunError, run_main
-from slurrycast.frames import Frame, read_frames, write_frames
+from slurrycast.files import InputError, RunError, run_main
+from slurrycast.frames import Frame, FrameStore, read_frames, write_frames
+from slurrycast.lammps_run import Launcher
 from slurrycast.periodic import to_scaled
 from slurrycast.recipe import sphere_volume_um3
+from slurrycast.surrogates.question import Continuation, Question
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--surrogate", required=True, help=f"one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument("--model", required=True, help="in: trained model (.keras)")
+    parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
+    parser.add_argument("--settings", required=True, type=json.loads, help="JSON: the surrogate's settings")
     parser.add_argument("--frames", required=True, help="in: frame store of the slurry")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--target-frame", required=True, type=int, help="frame number that the prediction stands for")
     parser.add_argument("--predicted", required=True, help="out: predicted microstructure, HDF5")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
-    return parser.parse_args()
+    learned = parser.add_argument_group("of a surrogate that learned")
+    learned.add_argument("--model", type=Path, help="in: trained or fitted model")
+    box = parser.add_argument_group("of one that takes its box from the training slurries")
+    box.add_argument("--packing", type=Path, help="in: JSON of measure_packing.py")
+    going_on = parser.add_argument_group("of one that goes on with the DEM")
+    going_on.add_argument("--restart", type=Path, help="in: LAMMPS restart file of the last input frame")
+    going_on.add_argument("--inputs", type=Path, help="in: JSON of generate_inputs.py")
+    going_on.add_argument("--coefficients", type=Path, help="in: pair_coeff lines of the real forces")
+    going_on.add_argument("--work", type=Path, help="work folder; kept with the logs if LAMMPS fails")
+    going_on.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
+    going_on.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
+    going_on.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    args = parser.parse_args()
+    surrogate = surrogates.load(surrogates.parse(args.surrogate).name)
+    needed = {
+        "--model": surrogate.MODEL_FILE is not None and args.model is None,
+        "--packing": surrogate.BOX_RULE == "mean_packing_fraction" and args.packing is None,
+        **{f"--{name}": surrogate.CONTINUES_DEM and getattr(args, name) is None for name in _CONTINUATION},
+    }
+    if missing := [option for option, is_missing in needed.items() if is_missing]:
+        parser.error(f"{args.surrogate} needs {', '.join(missing)}")
+    return args
+
+
+_CONTINUATION = ("restart", "inputs", "coefficients", "work")
+
+
+def question_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameStore) -> Question:
+    """What the surrogate is asked: the input frames, and what its kind needs beside them."""
+    frames = tuple(store.frame(k) for k in args.input_frames)
+    final_edges_um = continuation = None
+    if surrogate.BOX_RULE == "mean_packing_fraction":
+        try:
+            packing_fraction = float(json.loads(args.packing.read_text(encoding="utf-8"))["mean"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{args.packing}: holds no mean packing fraction ({error})") from error
+        particles_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
+        last_um = frames[-1].edges_um
+        final_edges_um = last_um * final_box.scale_to_packing_fraction(packing_fraction, particles_um3, last_um)
+    if surrogate.CONTINUES_DEM:
+        shutil.rmtree(args.work, ignore_errors=True)
+        args.work.mkdir(parents=True)
+        launcher = Launcher(args.executable, args.launcher, args.ranks)
+        inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
+        continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
+    return Question(str(store.attributes["slurry"]), store.particles, frames, final_edges_um, continuation)
 
 
 def main() -> None:
     """Predict and write."""
     args = parse_args()
-    surrogate = surrogates.load(args.surrogate)
+    label = surrogates.parse(args.surrogate)
+    surrogate = surrogates.load(label.name)
     with read_frames(args.frames) as store:
         slurry = str(store.attributes["slurry"])
         with measured_cost(args.cost, "predict_slurry", args.surrogate, slurry) as cost:
             cost.particles = len(store.particles)
-            last = args.input_frames[-1]
-            predicted_um = surrogate.predict(args.model, particle_history(store, args.input_frames))
+            question = question_for(args, surrogate, store)
+            prediction = surrogate.predict(question, args.model, {**args.settings, **label.settings})
+            predicted_um, last = prediction.position_um, question.last
+            source = args.model or args.surrogate
             if not np.isfinite(predicted_um).all():
-                raise RunError(f"{args.model}: predicts coordinates of slurry {slurry} that are not finite")
-            scale = final_box.RULES[surrogate.BOX_RULE](predicted_um, store.position_um(last))
-            lower_um, edges_um = (scale * length for length in store.box(last))
+                raise RunError(f"{source}: predicts coordinates of slurry {slurry} that are not finite")
+            if surrogate.BOX_RULE == "scale_of_prediction":
+                edges_um = last.edges_um * final_box.scale_of_prediction(predicted_um, last.position_um)
+            elif surrogate.BOX_RULE == "mean_packing_fraction":
+                edges_um = question.final_edges_um
+            elif surrogate.BOX_RULE == "last_frame":
+                edges_um = last.edges_um
+            else:
+                edges_um = prediction.edges_um
+            scale = float(np.mean(edges_um / last.edges_um))
             particles_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
             if scale <= 0 or np.prod(edges_um) < particles_um3:
                 raise RunError(
-                    f"{args.model}: predicts a box {scale:.3g} times as wide as at frame {last} for slurry {slurry}, "
-                    f"which cannot hold its particles: train longer (surrogate.{args.surrogate}.epochs)"
+                    f"{source}: predicts a box {scale:.3g} times as wide as at frame {last.number} for slurry "
+                    f"{slurry}, which cannot hold its particles: train longer (surrogate.{label.name}.epochs)"
                 )
             frame = Frame(
                 number=args.target_frame,
@@ -57,9 +118,9 @@ def main() -> None:
                 step=int(store.steps[1]) * args.target_frame,
                 time_us=float(store.times_us[1]) * args.target_frame,
                 position_um=predicted_um,
-                scaled_position=to_scaled(predicted_um, lower_um, edges_um),
+                scaled_position=to_scaled(predicted_um, -edges_um / 2, edges_um),
                 coordination=np.full(cost.particles, -1, dtype=np.int32),  # not predicted
-                lower_um=lower_um,
+                lower_um=-edges_um / 2,
                 edges_um=edges_um,
             )
             attributes = {
@@ -71,6 +132,8 @@ def main() -> None:
                 "input_frames": args.input_frames,
             }
             write_frames(args.predicted, store.particles, [frame], attributes)
+    if surrogate.CONTINUES_DEM:
+        shutil.rmtree(args.work)
     print(
         f"[{slurry}] {args.surrogate}: box {' x '.join(f'{edge:.3f}' for edge in edges_um)} um ({surrogate.BOX_RULE})"
     )

@@ -21,10 +21,13 @@ from slurrycast.files import run_main
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--surrogate", required=True, help=f"one of: {', '.join(surrogates.NAMES)}")
+    parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
     parser.add_argument("--dataset", required=True, type=Path, help="in: training set (HDF5)")
     parser.add_argument(
-        "--settings", required=True, type=json.loads, help="JSON; vgg16: epochs, batch_size, learning_rate, threads"
+        "--settings",
+        required=True,
+        type=json.loads,
+        help="JSON; of a VGG16: epochs, batch_size, learning_rate, threads",
     )
     parser.add_argument("--seed", required=True, type=int, help="of the initial weights and the order of the batches")
     parser.add_argument("--work", required=True, type=Path, help="folder for the checkpoint; removed at the end")
@@ -37,10 +40,11 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Train and write model, history and cost."""
     args = parse_args()
+    label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "train_surrogate", surrogate=args.surrogate) as cost:
-        surrogate = surrogates.load(args.surrogate)
         training_set = read_training_set(args.dataset)
-        spent = surrogate.fit(training_set, {**args.settings, "seed": args.seed}, args.model, args.history, args.work)
+        settings = {**args.settings, **label.settings, "seed": args.seed}
+        spent = surrogates.load(label.name).fit(training_set, settings, args.model, args.history, args.work)
         cost.particles = len(training_set)
         cost.wall_s += spent["earlier_wall_s"]
         cost.cpu_s += spent["earlier_cpu_s"]

@@ -1,5 +1,6 @@
 """The training set: what is written is read, and what a network could not use is refused."""
 
+import subprocess
 from dataclasses import replace
 
 import h5py
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
 from slurrycast.files import InputError
+from slurrycast.frames import read_frames
 
 
 @pytest.fixture
@@ -26,6 +28,8 @@ def data():
         feature_names=("phase", "radius_um", "x_um", "y_um", "z_um", "coordination"),
         input_frames=(7, 8, 9, 10),
         target_frame=120,
+        input_edges_um=rng.uniform(5, 9, (2, 4, 3)),
+        target_edges_um=rng.uniform(4, 5, (2, 3)),
     )
 
 
@@ -54,6 +58,10 @@ def test_round_trip_keeps_every_bit(tmp_path, data):
         ({"is_validation": np.zeros(10, bool)}, "is_validation must be true for some"),
         ({"is_validation": np.ones(10, bool)}, "is_validation must be true for some"),
         ({"is_validation": np.arange(10)}, "is_validation must be true for some"),
+        ({"input_edges_um": np.ones((2, 3, 3))}, r"input_edges_um has shape \(2, 3, 3\), expected \(2, 4, 3\)"),
+        ({"target_edges_um": np.ones((1, 3))}, r"target_edges_um has shape \(1, 3\), expected \(2, 3\)"),
+        ({"input_edges_um": np.full((2, 4, 3), np.nan)}, "input_edges_um must be finite and above 0"),
+        ({"target_edges_um": np.array([[4.0, 4, 4], [4, 0, 4]])}, "target_edges_um must be finite and above 0"),
     ],
 )
 def test_unusable_data_are_not_written(tmp_path, data, change, message):
@@ -102,3 +110,24 @@ def test_split_depends_on_the_seed_and_favours_no_place():
     assert (split(1000, 0.2, 1) != split(1000, 0.2, 2)).any()
     drawn = np.mean([split(20, 0.2, seed) for seed in range(4000)], axis=0)
     np.testing.assert_allclose(drawn, 0.2, atol=5 * np.sqrt(0.2 * 0.8 / 4000))
+
+
+def test_assembled_values_are_those_of_the_frame_store(command, slurry, tmp_path):
+    """The script against the store; the second slurry is the first one again, so every box appears twice."""
+    paths = {"dataset": tmp_path / "training.h5", "cost": tmp_path / "cost.json"}
+    options = {"input_frames": [7, 9, 10], "target_frame": 120, "validation_share": 0.2, "seed": 3}
+    words = command("assemble_dataset", frames=[slurry / "frames.h5"] * 2, **options, **paths)
+    subprocess.run(words, check=True)
+    data = read_training_set(paths["dataset"])
+    with read_frames(slurry / "frames.h5") as store:
+        n = len(store.particles)
+        assert len(data) == 2 * n
+        for column, k in enumerate((7, 9, 10)):
+            np.testing.assert_array_equal(data.input_edges_um[:, column], [store.box(k)[1]] * 2)
+            np.testing.assert_array_equal(data.features[n:, column, 2:5], store.position_um(k))
+            # coordinates over edges are the store's scaled ones about the centre
+            edges_um = data.input_edges_um[data.slurry_index, column]
+            scaled = data.features[:, column, 2:5] / edges_um
+            np.testing.assert_allclose(scaled[:n], store.scaled_position(k) - 0.5, rtol=0, atol=1e-9)
+        np.testing.assert_array_equal(data.target_edges_um, [store.box(120)[1]] * 2)
+        np.testing.assert_array_equal(data.targets[:n], store.position_um(120))

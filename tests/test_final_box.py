@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.final_box import RULES, scale_of_prediction
+from slurrycast.final_box import scale_of_prediction, scale_to_packing_fraction
 
 LAST_UM = np.random.default_rng(1).normal(size=(200, 3)) * [1, 2, 3]
 
@@ -38,5 +38,8 @@ def test_prediction_without_any_relation_to_its_input_shows():
     assert scale_of_prediction(np.zeros_like(LAST_UM), LAST_UM) == 0
 
 
-def test_rules_are_found_by_their_name():
-    assert RULES["scale_of_prediction"] is scale_of_prediction
+def test_packing_fraction_of_the_scaled_box():
+    edges_um = np.array([4.0, 5.0, 10.0])
+    assert scale_to_packing_fraction(0.5, 100.0, edges_um) == pytest.approx(1.0)
+    scale = scale_to_packing_fraction(0.64, 50.0, edges_um)
+    assert 50.0 / np.prod(scale * edges_um) == pytest.approx(0.64, rel=1e-12)

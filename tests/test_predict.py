@@ -1,28 +1,15 @@
 """The prediction of one slurry, by the script and a small Keras model."""
 
+import json
 import subprocess
 
 import h5py
 import numpy as np
 import pytest
 
-from slurrycast.frames import Frame, read_frames, write_frames
+from slurrycast.frames import read_frames, write_frames
 
 LAST_INPUT = 10
-
-
-def frame_of(store, k: int) -> Frame:
-    lower_um, edges_um = store.box(k)
-    return Frame(
-        number=k,
-        step=int(store.steps[k]),
-        time_us=float(store.times_us[k]),
-        position_um=store.position_um(k),
-        scaled_position=store.scaled_position(k),
-        coordination=store.coordination(k),
-        lower_um=lower_um,
-        edges_um=edges_um,
-    )
 
 
 def arrays(path) -> dict[str, np.ndarray]:
@@ -58,7 +45,8 @@ def shrinking(tmp_path_factory):
 @pytest.fixture
 def predict(command, shrinking, tmp_path):
     def run(frames, predicted):
-        options = {"surrogate": "vgg16", "model": shrinking, "input_frames": [7, 8, 9, LAST_INPUT], "target_frame": 120}
+        options = {"surrogate": "vgg16", "settings": "{}", "model": shrinking}
+        options |= {"input_frames": [7, 8, 9, LAST_INPUT], "target_frame": 120}
         words = command("predict_slurry", **options, frames=frames, predicted=predicted, cost=tmp_path / "cost.json")
         return subprocess.run(words, capture_output=True, text=True)
 
@@ -68,7 +56,7 @@ def predict(command, shrinking, tmp_path):
 def test_prediction_and_its_box_follow_from_the_input_frames_alone(predict, slurry, tmp_path):
     """A store that ends at the last input frame gives the same file, to the bit, as one of the whole run."""
     with read_frames(slurry / "frames.h5") as store:
-        frames = [frame_of(store, k) for k in range(LAST_INPUT + 1)]
+        frames = [store.frame(k) for k in range(LAST_INPUT + 1)]
         write_frames(tmp_path / "cut.h5", store.particles, frames, store.attributes)
     assert predict(slurry / "frames.h5", tmp_path / "whole_predicted.h5").returncode == 0
     assert predict(tmp_path / "cut.h5", tmp_path / "cut_predicted.h5").returncode == 0
@@ -87,3 +75,62 @@ def test_box_and_time_of_the_prediction(predict, slurry, tmp_path):
         np.testing.assert_allclose(predicted.position_um(120), 0.8 * store.position_um(LAST_INPUT), atol=1e-5)
         assert (predicted.steps[0], predicted.times_us[0]) == (store.steps[120], store.times_us[120])
         assert predicted.attributes["physics"] == store.attributes["physics"]
+
+
+@pytest.fixture
+def ask(command, slurry, tmp_path):
+    """Predict by a surrogate that learns nothing; returns the store of the prediction."""
+
+    def run(surrogate, **options):
+        predicted = tmp_path / f"{surrogate}.h5"
+        options = {"settings": "{}", "frames": slurry / "frames.h5", "target_frame": 120} | options
+        words = command("predict_slurry", surrogate=surrogate, **options, predicted=predicted, cost=tmp_path / "c.json")
+        done = subprocess.run(words, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return read_frames(predicted)
+
+    return run
+
+
+def test_persistence_is_the_last_input_frame_in_its_box(ask, slurry):
+    with ask("persistence", input_frames=[9, 10]) as predicted, read_frames(slurry / "frames.h5") as store:
+        np.testing.assert_array_equal(predicted.position_um(120), store.position_um(10))
+        np.testing.assert_array_equal(predicted.box(120)[1], store.box(10)[1])
+
+
+def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(ask, slurry, tmp_path):
+    packing = tmp_path / "packing.json"
+    packing.write_text('{"mean": 0.66}')
+    with (
+        ask("affine_f02", input_frames=[0, 1, 2], packing=packing) as predicted,
+        read_frames(slurry / "frames.h5") as store,
+    ):
+        radius_um = store.particles.radius_um
+        assert (4 / 3 * np.pi * radius_um**3).sum() / predicted.volume_um3(120) == pytest.approx(0.66, rel=1e-9)
+        np.testing.assert_allclose(predicted.scaled_position(120), store.scaled_position(2), atol=1e-12)
+        assert predicted.attributes["box_rule"] == "mean_packing_fraction"
+        assert list(predicted.attributes["input_frames"]) == [0, 1, 2]
+
+
+def test_what_a_surrogate_needs_is_asked_for(command, slurry, tmp_path):
+    for surrogate, option in (("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--restart, --inputs")):
+        options = {"surrogate": surrogate, "settings": "{}", "frames": slurry / "frames.h5", "input_frames": [10]}
+        outputs = {"predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
+        words = command("predict_slurry", **options, target_frame=120, **outputs)
+        done = subprocess.run(words, capture_output=True, text=True)
+        assert done.returncode == 2
+        assert f"{surrogate} needs {option}" in done.stderr
+
+
+def test_packing_fraction_of_the_training_slurries(command, slurry, tmp_path):
+    options = {"frames": slurry / "frames.h5", "target_frame": 120, "packing": tmp_path / "packing.json"}
+    subprocess.run(command("measure_packing", **options, cost=tmp_path / "c.json"), check=True)
+    measured = json.loads((tmp_path / "packing.json").read_text())
+    with read_frames(slurry / "frames.h5") as store:
+        expected = (4 / 3 * np.pi * store.particles.radius_um**3).sum() / store.volume_um3(120)
+        assert measured["mean"] == pytest.approx(expected)
+        assert measured["slurries"] == {store.attributes["slurry"]: measured["mean"]}
+    subprocess.run(
+        command("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json"), check=True
+    )
+    assert json.loads((tmp_path / "p.json").read_text()) == {"mean": 0.5, "slurries": {}}

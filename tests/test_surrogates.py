@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from slurrycast import surrogates
+from slurrycast import final_box, surrogates
 from slurrycast.dataset import TrainingSet, split, write_training_set
 from slurrycast.files import InputError
 
@@ -19,8 +19,40 @@ def test_every_surrogate_has_the_interface(name):
     surrogate = surrogates.load(name)
     assert name == surrogate.NAME
     assert surrogate.LOOKS_AT
-    assert surrogate.BOX_RULE in ("scale_of_prediction", "mean_packing_fraction")
-    assert callable(surrogate.fit) and callable(surrogate.predict)
+    assert surrogate.BOX_RULE in final_box.RULES
+    assert surrogate.MODEL_FILE in (None, "model.json", "model.keras")
+    assert hasattr(surrogate, "fit") == (surrogate.MODEL_FILE is not None)
+    assert (surrogate.BOX_RULE == "simulated") == surrogate.CONTINUES_DEM
+    assert callable(surrogate.predict)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "settings", "last_frame"),
+    [
+        ("affine", "affine", {}, None),
+        ("affine_f02", "affine", {}, 2),
+        ("affine_f110", "affine", {}, 110),
+        ("vgg16", "vgg16", {}, None),
+        ("vgg16_box", "vgg16_box", {}, None),
+        ("vgg16_box_nobox", "vgg16_box", {"change": "nobox"}, None),
+        ("early_dem_x10", "early_dem", {"faster": "10"}, None),
+        ("early_dem_x10_f04", "early_dem", {"faster": "10"}, 4),
+    ],
+)
+def test_labels_are_taken_apart(text, name, settings, last_frame):
+    assert surrogates.parse(text) == surrogates.Label(text, name, settings, last_frame)
+
+
+@pytest.mark.parametrize("text", ["", "Affine", "affine_", "affine_f2", "affine_x2", "early_dem", "vgg16_b"])
+def test_other_labels_are_refused(text):
+    with pytest.raises(InputError, match=f"surrogate: '{text}' is not known"):
+        surrogates.parse(text)
+
+
+def test_input_frames_of_a_label():
+    assert surrogates.parse("affine").input_frames([7, 8, 9, 10]) == [7, 8, 9, 10]
+    assert surrogates.parse("affine_f09").input_frames([7, 8, 9, 10]) == [6, 7, 8, 9]
+    assert surrogates.parse("affine_f01").input_frames([7, 8, 9, 10]) == [0, 1]
 
 
 def test_an_unknown_surrogate_is_refused_with_the_known_ones():
@@ -31,7 +63,7 @@ def test_an_unknown_surrogate_is_refused_with_the_known_ones():
 def test_asking_for_a_surrogate_starts_no_tensorflow(root):
     code = """
 import sys
-from slurrycast import surrogates
+from slurrycast import final_box, surrogates
 for name in surrogates.NAMES: surrogates.load(name)
 assert not {'keras', 'tensorflow'} & set(sys.modules)
 """
@@ -48,7 +80,17 @@ def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, 
     names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
     index = np.zeros(n, dtype=int)
     data = TrainingSet(
-        features, features[:, -1, 2:5], index, ("T1",), np.arange(n), split(n, 0.2, 1), names, (7, 8), 20
+        features,
+        features[:, -1, 2:5],
+        index,
+        ("T1",),
+        np.arange(n),
+        split(n, 0.2, 1),
+        names,
+        (7, 8),
+        20,
+        input_edges_um=np.ones((1, 2, 3)),
+        target_edges_um=np.ones((1, 3)),
     )
     write_training_set(tmp_path / "training.h5", data, seed=1)
     vgg16 = surrogates.load("vgg16")
@@ -75,4 +117,3 @@ def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, 
     assert [row["epoch"] for row in rows] == ["1", "2", "3"]
     cost = json.loads(places["cost.json"].read_text())
     assert (cost["stage"], cost["surrogate"], cost["particles"]) == ("train_surrogate", "vgg16", n)
-    assert vgg16.predict(places["model.keras"], features).shape == (n, 3)

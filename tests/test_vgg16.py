@@ -4,13 +4,17 @@ import json
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slurrycast.dataset import TrainingSet, split
+from slurrycast.features import particle_history
 from slurrycast.files import InputError, RunError
+from slurrycast.frames import read_frames
 from slurrycast.surrogates import load
+from slurrycast.surrogates.question import Question
 
 vgg16 = load("vgg16")
 
@@ -77,7 +81,20 @@ def training_set(n=80):
     index = np.zeros(n, dtype=int)
     names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
     held = split(n, 0.2, seed=1)
-    return TrainingSet(features, targets, index, ("T1",), np.arange(n), held, names, (7, 8, 9, 10), 120)
+    edges_um = 20 * np.linspace(1, 0.95, 4)[None, :, None] * np.ones(3)
+    return TrainingSet(
+        features,
+        targets,
+        index,
+        ("T1",),
+        np.arange(n),
+        held,
+        names,
+        (7, 8, 9, 10),
+        120,
+        edges_um,
+        0.7 * edges_um[:, -1],
+    )
 
 
 def test_layers_are_those_of_table_2(full):
@@ -121,7 +138,7 @@ def test_prediction_keeps_coordinates_to_a_thousandth_of_a_um(full, tmp_path):
     full.layers[-1].set_weights([weight * scale for weight in last])
     full.save(tmp_path / "model.keras")
     full.layers[-1].set_weights(last)
-    predicted = vgg16.predict(tmp_path / "model.keras", features)
+    predicted = vgg16.apply_model(tmp_path / "model.keras", features)
     assert predicted.dtype == np.float64
     assert abs(predicted).max() > 99
     np.testing.assert_allclose(predicted, exact * scale, atol=1e-3, rtol=0)
@@ -146,7 +163,7 @@ def assert_same_training(model, n_frames, steps, tolerance):
     for step in range(steps):
         features, targets = (array.astype(np.float32) for array in samples(20, n_frames, seed=step))
         assert_same_prediction(trainer, model, features)
-        ours = [float(value) for value in trainer.train_on_batch(features, targets)]
+        ours = [float(value) for value in trainer.train_on_batch(features, targets, np.ones((20, 1), np.float32))]
         model.reset_metrics()
         np.testing.assert_allclose(ours, model.train_on_batch(features, targets), rtol=1e-6)
     theirs = model.get_weights()
@@ -184,7 +201,7 @@ def fit(folder, **changes):
     folder.mkdir(exist_ok=True)
     settings = SETTINGS | changes
     spent = vgg16.fit(training_set(), settings, folder / "model.keras", folder / "history.csv", folder / "work")
-    return (folder / "history.csv").read_text(), vgg16.predict(folder / "model.keras", samples(20)[0]), spent
+    return (folder / "history.csv").read_text(), vgg16.apply_model(folder / "model.keras", samples(20)[0]), spent
 
 
 def test_the_same_seed_gives_the_same_network(small, tmp_path):
@@ -282,19 +299,74 @@ assert not [name for name in sys.modules if "slurrycast" in name]
 def test_prediction_does_not_depend_on_the_batches(small, tmp_path, monkeypatch):
     vgg16.build(4, 6).save(tmp_path / "model.keras")
     features, _ = samples(50)
-    whole = vgg16.predict(tmp_path / "model.keras", features)
+    whole = vgg16.apply_model(tmp_path / "model.keras", features)
     monkeypatch.setattr(vgg16, "PREDICTION_BATCH", 7)
-    np.testing.assert_allclose(vgg16.predict(tmp_path / "model.keras", features), whole, atol=1e-6)
+    np.testing.assert_allclose(vgg16.apply_model(tmp_path / "model.keras", features), whole, atol=1e-6)
 
 
 def test_models_that_do_not_fit_are_refused(small, tmp_path):
     path = tmp_path / "model.keras"
     features, _ = samples(5)
     with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
-        vgg16.predict(path, features)
+        vgg16.apply_model(path, features)
     path.write_bytes(b"no model")
     with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
-        vgg16.predict(path, features)
+        vgg16.apply_model(path, features)
     vgg16.build(2, 6).save(path)
     with pytest.raises(InputError, match=r"maps \(2, 6\) to \(3,\), needed is \(4, 6\) to \(3,\)"):
-        vgg16.predict(path, features)
+        vgg16.apply_model(path, features)
+
+
+def test_a_question_is_answered_with_what_the_network_makes_of_its_history(small, tmp_path, slurry):
+    vgg16.build(4, 6).save(tmp_path / "model.keras")
+    with read_frames(slurry / "frames.h5") as store:
+        question = Question("A", store.particles, tuple(store.frame(k) for k in (7, 8, 9, 10)))
+    prediction = vgg16.predict(question, tmp_path / "model.keras", {})
+    history = particle_history(question.particles, question.frames)
+    np.testing.assert_array_equal(prediction.position_um, vgg16.apply_model(tmp_path / "model.keras", history))
+    assert prediction.edges_um is None
+
+
+@pytest.fixture
+def unlike():
+    """Samples whose features and targets are of very different sizes, one feature always the same."""
+    features, targets = samples(80)
+    features[..., 0] = 2.0
+    features[..., 5] += 1000
+    return vgg16.Samples(features, 1e-3 * targets, np.full((80, 1), 5.0), split(80, 0.2, seed=1))
+
+
+def test_standardised_samples_have_mean_0_and_deviation_1(unlike):
+    seen = vgg16.Standardisation.of(unlike).apply(unlike)
+    trained = ~unlike.is_validation
+    np.testing.assert_allclose(seen.features[trained].mean(axis=(0, 1)), 0, atol=1e-10)
+    np.testing.assert_allclose(seen.features[trained].std(axis=(0, 1)), [0, 1, 1, 1, 1, 1], atol=1e-10)
+    assert np.mean(seen.targets[trained] ** 2) == pytest.approx(1)
+    np.testing.assert_allclose(seen.targets * seen.unit_um, unlike.targets * unlike.unit_um, rtol=1e-12)
+    # the held-out samples have no say
+    outlier = replace(unlike, features=np.where(unlike.is_validation[:, None, None], 1e9, unlike.features))
+    np.testing.assert_array_equal(
+        vgg16.Standardisation.of(outlier).feature_mean, vgg16.Standardisation.of(unlike).feature_mean
+    )
+
+
+def test_the_written_model_standardises_by_itself(small, unlike, tmp_path):
+    """History, in um2 and um, against the errors of what the file predicts from samples as they are."""
+    places = (tmp_path / "model.keras", tmp_path / "history.csv", tmp_path / "work")
+    vgg16.train("any", unlike, True, SETTINGS | {"epochs": 1}, *places)
+    _, _, _, val_loss, val_mae = (float(word) for word in places[1].read_text().splitlines()[1].split(","))
+    error_um = 5.0 * (vgg16.apply_model(places[0], unlike.features) - unlike.targets)[unlike.is_validation]
+    assert val_loss == pytest.approx(np.mean(error_um**2), rel=1e-3)
+    assert val_mae == pytest.approx(np.mean(abs(error_um)), rel=1e-3)
+
+
+def test_the_unit_weighs_the_error(small):
+    """Loss and mean absolute error of (prediction - target) x unit, while training and after."""
+    vgg16._make_deterministic(seed=3, threads=1)
+    features, targets = (array.astype(np.float32) for array in samples(20))
+    unit_um = np.random.default_rng(4).uniform(1, 3, (20, 3)).astype(np.float32)
+    trainer = vgg16.Trainer(vgg16.build(4, 6), 1e-3)
+    error_um = (trainer.predict_on_batch(features) - targets) * unit_um
+    expected = [np.mean(error_um**2), np.mean(abs(error_um))]
+    np.testing.assert_allclose(trainer.errors(features, targets, unit_um), expected, rtol=1e-6)
+    np.testing.assert_allclose(np.stack(trainer.train_on_batch(features, targets, unit_um)), expected, rtol=1e-6)

@@ -5,7 +5,10 @@
     slurry_index    (n,), place of the particle's slurry in the attribute `slurries`
     particle_id     (n,), id within that slurry
     is_validation   (n,), bool
+    input_edges_um  (slurries, frames, 3), box edges of each slurry at its input frames
+    target_edges_um (slurries, 3), box edges at the target frame
 
+Boxes are centred at the origin, so coordinates over edges are scaled coordinates about the box centre.
 Attributes: feature_names, slurries, input_frames, target_frame, seed (of the split).
 """
 
@@ -17,7 +20,9 @@ import numpy as np
 
 from slurrycast.files import InputError, moved_into_place
 
-_ARRAYS = ("features", "targets", "slurry_index", "particle_id", "is_validation")
+_OF_SAMPLES = ("features", "targets", "slurry_index", "particle_id", "is_validation")
+_OF_SLURRIES = ("input_edges_um", "target_edges_um")
+_IN_UM = ("targets", *_OF_SLURRIES)
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,8 @@ class TrainingSet:
     feature_names: tuple[str, ...]
     input_frames: tuple[int, ...]
     target_frame: int
+    input_edges_um: np.ndarray
+    target_edges_um: np.ndarray
 
     def __len__(self) -> int:
         return len(self.features)
@@ -56,7 +63,9 @@ def _check(path: str | Path, data: TrainingSet) -> None:
     shapes = {
         "features": (n, len(data.input_frames), len(data.feature_names)),
         "targets": (n, 3),
-        **dict.fromkeys(_ARRAYS[2:], (n,)),
+        **dict.fromkeys(_OF_SAMPLES[2:], (n,)),
+        "input_edges_um": (len(data.slurries), len(data.input_frames), 3),
+        "target_edges_um": (len(data.slurries), 3),
     }
     for name, shape in shapes.items():
         if getattr(data, name).shape != shape:
@@ -67,6 +76,9 @@ def _check(path: str | Path, data: TrainingSet) -> None:
             raise InputError(
                 f"{path}: {name} must be finite, {len(bad)} values are not, the first in sample {bad[0][0]}"
             )
+    for name in _OF_SLURRIES:
+        if not (getattr(data, name) > 0).all() or not np.isfinite(getattr(data, name)).all():
+            raise InputError(f"{path}: {name} must be finite and above 0")
     if data.is_validation.dtype != bool or data.is_validation.all() or not data.is_validation.any():
         raise InputError(f"{path}: is_validation must be true for some samples and false for others")
     if data.slurry_index.min() < 0 or data.slurry_index.max() >= len(data.slurries):
@@ -77,9 +89,10 @@ def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
     """Write `data`, compressed; `seed` is the one of the split. InputError for wrong shapes and values not finite."""
     _check(path, data)
     with moved_into_place(path) as part, h5py.File(part, "w") as file:
-        for name in _ARRAYS:
+        for name in _OF_SAMPLES + _OF_SLURRIES:
             file.create_dataset(name, data=getattr(data, name), compression="gzip", shuffle=True)
-        file["targets"].attrs["unit"] = "um"
+        for name in _IN_UM:
+            file[name].attrs["unit"] = "um"
         for name in ("feature_names", "slurries", "input_frames", "target_frame"):
             file.attrs[name] = getattr(data, name)
         file.attrs["seed"] = seed
@@ -90,7 +103,7 @@ def read_training_set(path: str | Path) -> TrainingSet:
     try:
         with h5py.File(path) as file:
             data = TrainingSet(
-                **{name: file[name][:] for name in _ARRAYS},
+                **{name: file[name][:] for name in _OF_SAMPLES + _OF_SLURRIES},
                 slurries=tuple(str(name) for name in file.attrs["slurries"]),
                 feature_names=tuple(str(name) for name in file.attrs["feature_names"]),
                 input_frames=tuple(int(frame) for frame in file.attrs["input_frames"]),

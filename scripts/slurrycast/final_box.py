@@ -1,6 +1,14 @@
-"""The final box, which is no input of a prediction: rules that give it. Pure numpy."""
+"""The final box, which is no input of a prediction: the rules that give it. Pure numpy."""
 
 import numpy as np
+
+# Name of a rule, and the rule in words for reports.
+RULES = {
+    "scale_of_prediction": "least-squares scale between predicted and last input coordinates",
+    "mean_packing_fraction": "mean final packing fraction of the training slurries",
+    "last_frame": "box of the last input frame",
+    "simulated": "box that the surrogate's own DEM ended with",
+}
 
 
 def scale_of_prediction(predicted_um: np.ndarray, last_um: np.ndarray) -> float:
@@ -12,4 +20,9 @@ def scale_of_prediction(predicted_um: np.ndarray, last_um: np.ndarray) -> float:
     return float((predicted_um * last_um).sum() / (last_um**2).sum())
 
 
-RULES = {"scale_of_prediction": scale_of_prediction}
+def scale_to_packing_fraction(packing_fraction: float, particles_um3: float, edges_um: np.ndarray) -> float:
+    """Ratio of the final box edges to `edges_um` (3,) for particles of volume `particles_um3` at a packing fraction.
+
+    The shape of the box stays: s^3 = particles / (packing fraction x volume).
+    """
+    return float(np.cbrt(particles_um3 / (packing_fraction * np.prod(edges_um))))

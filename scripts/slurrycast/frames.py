@@ -111,6 +111,21 @@ class FrameStore:
         """Lower corner (3,) and edges (3,) of the box in um at frame `k`."""
         return self._at("box/lower", k), self._at("box/edges", k)
 
+    def frame(self, k: int) -> Frame:
+        """All of frame `k`."""
+        lower_um, edges_um = self.box(k)
+        row = self._row[k]
+        return Frame(
+            number=k,
+            step=int(self.steps[row]),
+            time_us=float(self.times_us[row]),
+            position_um=self.position_um(k),
+            scaled_position=self.scaled_position(k),
+            coordination=self.coordination(k),
+            lower_um=lower_um,
+            edges_um=edges_um,
+        )
+
     def volume_um3(self, k: int) -> float:
         """Volume of the box at frame `k` in um3."""
         return float(np.prod(self._at("box/edges", k)))

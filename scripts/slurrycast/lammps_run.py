@@ -139,3 +139,29 @@ def run_lammps(
             f"log: {folder / log}"
         )
     return result
+
+
+def continue_dem(
+    launcher: Launcher,
+    inputs: Mapping,
+    restart: Path,
+    coefficients: Path,
+    folder: Path,
+    variables: Mapping[str, object],
+    progress: Callable[[int, float], None] | None = None,
+) -> Log:
+    """Go on with the DEM of a slurry from `restart` by continue.lmp in `folder`; its end is continued.dump there.
+
+    `inputs` is the content of the slurry's inputs.json. `variables` are those of the script that its physics leave open
+    (round_steps, max_rounds, ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS
+    dropped the contact history that the restart file holds.
+    """
+    physics = inputs["physics"]
+    shutil.copyfile(restart, folder / "start.restart")
+    shutil.copyfile(coefficients, folder / "coefficients.lmp")
+    fixed = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
+    every = {**force_field_variables(physics["force_field"], physics["dem"]), **fixed, **variables}
+    log = run_lammps(launcher, "continue.lmp", every, folder, "continue.log", progress)
+    if "Unused restart file" in (folder / "continue.log").read_text(encoding="utf-8", errors="replace"):
+        raise RunError(f"LAMMPS: dropped a part of the restart file {restart}; log: {folder / 'continue.log'}")
+    return log

@@ -1,30 +1,81 @@
-"""The surrogates: learned models that jump from early frames to the equilibrated one.
+"""The surrogates: what jumps from early frames to the equilibrated one, learned or not.
 
-A new one is a module and a line in the registry below. A surrogate is a module with
+A new one is a module, a line in the registry below and a paragraph in the documentation. A surrogate is a module with
 
-    NAME        as in the configuration and in paths
-    LOOKS_AT    what its prediction for a particle may depend on, in words for the report
-    BOX_RULE    which rule gives the final box: "scale_of_prediction" (least-squares scale between predicted and last
-                input coordinates) or "mean_packing_fraction" (that of the training slurries)
-    fit(training_set, settings, model_path, history_path, work_directory) -> dict
-                trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); settings hold `seed` and
-                the surrogate's section of the configuration; returns earlier_wall_s and earlier_cpu_s, what attempts
-                before a kill have spent; the work directory is its own, to resume from
-    predict(model_path, features) -> (n, 3) float64
-                unwrapped coordinates in um at the target frame, of features (n, frames, features)
+    NAME            as in the configuration and in paths
+    LOOKS_AT        what its prediction for a particle may depend on, in words for the report
+    BOX_RULE        which rule gives the final box: one of final_box.RULES
+    MODEL_FILE      "model.keras" (trained, with learning curves), "model.json" (fitted in closed form), or None:
+                    nothing is learned
+    CONTINUES_DEM   whether it goes on with the DEM from the restart file at the last input frame
+    VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
+    fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
+                    trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); returns
+                    earlier_wall_s and earlier_cpu_s, what attempts before a kill have spent; the work directory is its
+                    own, to resume from
+    fit(training_set, settings, model_path)                                              of a model.json
+    predict(question, model_path, settings) -> Prediction                                see question.py
+
+`settings` are the surrogate's section of the configuration, the variant's groups, and `seed` for a fit. Modules are
+imported by the Snakefile for their constants: they import Keras, LAMMPS and the like only inside functions.
+
+A run names surrogates by labels: `affine`, `affine_f02` (the input frames end at frame 2), `early_dem_x10` (a variant),
+`early_dem_x10_f02`.
 """
 
 import importlib
 import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 from slurrycast.files import InputError
 
 _MODULES = {
+    "persistence": "slurrycast.surrogates.persistence",
+    "affine": "slurrycast.surrogates.affine",
+    "linear": "slurrycast.surrogates.linear",
     "vgg16": "slurrycast.surrogates.vgg16",
+    "vgg16_box": "slurrycast.surrogates.vgg16_box",
+    "early_dem": "slurrycast.surrogates.early_dem",
 }
 NAMES = tuple(_MODULES)
+
+
+@dataclass(frozen=True)
+class Label:
+    """A surrogate as a run names it: which one, its variant's settings, and the last input frame if it has its own."""
+
+    text: str
+    name: str
+    settings: Mapping[str, str]
+    last_frame: int | None
+
+    def input_frames(self, configured: Sequence[int]) -> list[int]:
+        """Input frames: the configured ones, or as many ending at the label's own frame, as far as frame 0."""
+        if self.last_frame is None:
+            return list(configured)
+        return list(range(max(0, self.last_frame - len(configured) + 1), self.last_frame + 1))
+
+
+def parse(label: str) -> Label:
+    """Take a label apart. InputError if there is no such surrogate or variant."""
+    fitting = [name for name in NAMES if label == name or label.startswith(f"{name}_")]
+    if fitting:
+        name = max(fitting, key=len)
+        variant, frame = re.fullmatch(r"(.*?)(?:_f(\d{2,}))?", label[len(name) :]).groups()
+        last_frame = None if frame is None else int(frame)
+        pattern = load(name).VARIANT
+        if not variant:
+            if pattern is None or pattern.fullmatch(""):
+                return Label(label, name, {}, last_frame)
+        elif pattern is not None and (match := pattern.fullmatch(variant.removeprefix("_"))):
+            return Label(label, name, match.groupdict(), last_frame)
+        what = name if pattern is None else f"{name}_ and a variant that matches {pattern.pattern}"
+        raise InputError(f"surrogate: {label!r} is not known: must be {what}, and _f<NN> for the last input frame")
+    raise InputError(f"surrogate: {label!r} is not known, allowed: {', '.join(NAMES)}")
 
 
 def start_keras() -> None:

@@ -18,13 +18,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
-import psutil
 
 from slurrycast.dataset import TrainingSet
+from slurrycast.features import FEATURE_NAMES, particle_history
 from slurrycast.files import InputError, RunError, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
+from slurrycast.surrogates.question import Prediction, Question
 
 if TYPE_CHECKING:
     import keras
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 NAME = "vgg16"
 LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
 BOX_RULE = "scale_of_prediction"
+MODEL_FILE = "model.keras"
+CONTINUES_DEM = False
+VARIANT = None
 
 BLOCKS = ((64, 64), (128, 128), (256, 256, 256), (512, 512, 512), (512, 512, 512))  # filters of the convolutions
 DENSE_UNITS = 4096
@@ -50,11 +53,62 @@ PREDICTION_BATCH = 1024
 STATE = ("weights", "momentum", "norm")  # of a Trainer, as checkpoints name them
 
 
-def build(n_frames: int, n_features: int) -> "keras.Model":
-    """Make the network of Table 2 with random weights: (batch, n_frames, n_features) to (batch, 3)."""
+def input_width(settings: Mapping) -> int:
+    """Features of a particle and frame that the network takes."""
+    return len(FEATURE_NAMES)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What a network learns from: features (n, frames, features), targets (n, 3) and the mask (n,) of the validation.
+
+    `unit_um` (n, 1) or (n, 3) is the length in um that a target of 1 stands for: losses are in um2 and um whatever the
+    targets are.
+    """
+
+    features: np.ndarray
+    targets: np.ndarray
+    unit_um: np.ndarray
+    is_validation: np.ndarray
+
+
+@dataclass(frozen=True)
+class Standardisation:
+    """Mean and deviation (features,) of each feature, and the deviation of the target from 0, shared by the axes."""
+
+    feature_mean: np.ndarray
+    feature_deviation: np.ndarray
+    target_deviation: float
+
+    @classmethod
+    def of(cls, samples: Samples) -> "Standardisation":
+        """That of the training samples, over all frames; a feature that is always the same stays as it is, about 0."""
+        features, targets = samples.features[~samples.is_validation], samples.targets[~samples.is_validation]
+        deviation = features.std(axis=(0, 1))
+        target_deviation = float(np.sqrt(np.mean(targets**2)))
+        return cls(features.mean(axis=(0, 1)), np.where(deviation > 0, deviation, 1.0), target_deviation or 1.0)
+
+    def apply(self, samples: Samples) -> Samples:
+        """The same samples as the layers with weights see them."""
+        return Samples(
+            (samples.features - self.feature_mean) / self.feature_deviation,
+            samples.targets / self.target_deviation,
+            samples.unit_um * self.target_deviation,
+            samples.is_validation,
+        )
+
+
+def build(n_frames: int, n_features: int, standardisation: Standardisation | None = None) -> "keras.Model":
+    """Make the network of Table 2 with random weights: (batch, n_frames, n_features) to (batch, 3).
+
+    A `standardisation` becomes two layers without weights, before and behind the others.
+    """
     from keras import Input, Model, layers
 
     x = inputs = Input((n_frames, n_features), name="frames")
+    if standardisation is not None:
+        mean, deviation = standardisation.feature_mean, standardisation.feature_deviation
+        x = layers.Normalization(mean=mean.tolist(), variance=(deviation**2).tolist(), name="standardised")(x)
     for block, filters in enumerate(BLOCKS, start=1):
         for number, n_filters in enumerate(filters, start=1):
             name = f"block{block}_conv{number}"
@@ -65,7 +119,10 @@ def build(n_frames: int, n_features: int) -> "keras.Model":
     x = layers.Flatten(name="flatten")(x)
     x = layers.Dense(DENSE_UNITS, activation="relu", kernel_initializer=INITIALIZER, name="dense1")(x)
     x = layers.Dense(DENSE_UNITS, activation="relu", kernel_initializer=INITIALIZER, name="dense2")(x)
-    return Model(inputs, layers.Dense(3, name="coordinates_um")(x), name=NAME)
+    x = layers.Dense(3, name="coordinates_um" if standardisation is None else "standardised_target")(x)
+    if standardisation is not None:
+        x = layers.Rescaling(standardisation.target_deviation, name="target")(x)
+    return Model(inputs, x, name=NAME)
 
 
 def trained_parts(plain: "keras.Model", weights: list[np.ndarray]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
@@ -104,15 +161,16 @@ class Trainer:
 
         features = tf.TensorSpec((None, *plain.input_shape[1:]))
         targets = tf.TensorSpec((None, 3))
+        unit_um = tf.TensorSpec((None, None))
 
         @tf.function(input_signature=[features])
         def predict_on_batch(features):
             return self._forward(features)
 
-        @tf.function(input_signature=[features, targets])
-        def train_on_batch(features, targets):
+        @tf.function(input_signature=[features, targets, unit_um])
+        def train_on_batch(features, targets, unit_um):
             with tf.GradientTape() as tape:
-                error = self._forward(features) - targets
+                error = (self._forward(features) - targets) * unit_um
                 loss = tf.reduce_mean(tf.square(error))
             gradients = tape.gradient(loss, self.weights)
             self.steps.assign_add(1)
@@ -163,17 +221,19 @@ class Trainer:
             part[...] = new
         plain.set_weights(weights)
 
-    def train_epoch(self, features: np.ndarray, targets: np.ndarray, order: np.ndarray, size: int) -> np.ndarray:
+    def train_epoch(
+        self, features: np.ndarray, targets: np.ndarray, unit_um: np.ndarray, order: np.ndarray, size: int
+    ) -> np.ndarray:
         """Run one pass in batches of `size` in `order`; return mean squared and mean absolute error of the pass."""
         batches = [order[start : start + size] for start in range(0, len(order), size)]
-        errors = [np.stack(self.train_on_batch(features[batch], targets[batch])) for batch in batches]
+        errors = [np.stack(self.train_on_batch(features[at], targets[at], unit_um[at])) for at in batches]
         return np.average(errors, axis=0, weights=[len(batch) for batch in batches])
 
-    def errors(self, features: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    def errors(self, features: np.ndarray, targets: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
         """Mean squared and mean absolute error."""
         starts = range(0, len(features), PREDICTION_BATCH)
         predicted = [self.predict_on_batch(features[start : start + PREDICTION_BATCH]) for start in starts]
-        error = np.concatenate(predicted) - targets
+        error = (np.concatenate(predicted) - targets) * unit_um
         return np.array([np.mean(error**2), np.mean(abs(error))])
 
 
@@ -188,11 +248,15 @@ class Progress:
 
 
 def _spent(progress: Progress) -> tuple[float, float]:
+    import psutil
+
     own_wall_s = time.time() - psutil.Process().create_time()
     return progress.earlier_wall_s + own_wall_s, progress.earlier_cpu_s + time.process_time()
 
 
 def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: Progress) -> None:
+    import h5py
+
     with moved_into_place(path) as part, h5py.File(part, "w") as file:
         file.attrs["fingerprint"] = fingerprint
         file.attrs["steps"] = int(trainer.steps)
@@ -205,16 +269,18 @@ def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: 
             file[f"best/{place}"] = array
 
 
-def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer) -> Progress:
+def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer, name: str) -> Progress:
+    import h5py
+
     if not path.exists():
         return Progress()
     try:
         with h5py.File(path) as file:
             if file.attrs["fingerprint"] != fingerprint:
-                print(f"[{NAME}] {path} is of other settings or another data set: starting anew", flush=True)
+                print(f"[{name}] {path} is of other settings or another data set: starting anew", flush=True)
                 return Progress()
             state = {
-                name: [file[f"{name}/{place}"][:] for place in range(len(file[name]))] for name in (*STATE, "best")
+                part: [file[f"{part}/{place}"][:] for place in range(len(file[part]))] for part in (*STATE, "best")
             }
             progress = Progress(
                 history=list(file["history"][:]),
@@ -224,19 +290,19 @@ def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer) -> Progress
             )
             steps = int(file.attrs["steps"])
     except (OSError, KeyError) as error:
-        print(f"[{NAME}] {path} cannot be read ({error}): starting anew", flush=True)
+        print(f"[{name}] {path} cannot be read ({error}): starting anew", flush=True)
         return Progress()
     trainer.steps.assign(steps)
-    for name in STATE:
-        for variable, value in zip(getattr(trainer, name), state[name], strict=True):
+    for part in STATE:
+        for variable, value in zip(getattr(trainer, part), state[part], strict=True):
             variable.assign(value)
-    print(f"[{NAME}] resuming after epoch {len(progress.history)}", flush=True)
+    print(f"[{name}] resuming after epoch {len(progress.history)}", flush=True)
     return progress
 
 
-def _fingerprint(training_set: TrainingSet, settings: Mapping[str, float]) -> str:
+def _fingerprint(samples: Samples, settings: Mapping) -> str:
     digest = hashlib.sha256(json.dumps(dict(settings), sort_keys=True).encode())
-    for array in (training_set.features, training_set.targets, training_set.is_validation):
+    for array in vars(samples).values():
         digest.update(np.ascontiguousarray(array))
     return digest.hexdigest()
 
@@ -250,48 +316,68 @@ def _make_deterministic(seed: int, threads: int) -> None:
         tf.config.threading.set_intra_op_parallelism_threads(threads)
         tf.config.threading.set_inter_op_parallelism_threads(threads)
     except RuntimeError:
-        print(f"[{NAME}] TensorFlow is running already: its number of threads stays as it is", flush=True)
+        print("TensorFlow is running already: its number of threads stays as it is", flush=True)
     tf.config.experimental.enable_op_determinism()
     keras.utils.set_random_seed(seed)
 
 
 def fit(
     training_set: TrainingSet,
-    settings: Mapping[str, float],
+    settings: Mapping,
+    model_path: str | Path,
+    history_path: str | Path,
+    work_directory: str | Path,
+) -> dict[str, float]:
+    """Train on unwrapped coordinates in um as they are: see `train`."""
+    samples = Samples(
+        training_set.features, training_set.targets, np.ones((len(training_set), 1)), training_set.is_validation
+    )
+    return train(NAME, samples, False, settings, model_path, history_path, work_directory)
+
+
+def train(
+    name: str,
+    samples: Samples,
+    standardised: bool,
+    settings: Mapping,
     model_path: str | Path,
     history_path: str | Path,
     work_directory: str | Path,
 ) -> dict[str, float]:
     """Train with Adamax on the mean squared error; write the plain Keras model and history.csv (see the package).
 
-    The model has the weights of the epoch with the lowest validation loss. `settings`: epochs, batch_size,
-    learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
+    `standardised`: the network sees `samples` by the mean and deviation of the training part; the model that is written
+    does this by itself. The model has the weights of the epoch with the lowest validation loss. `settings`: epochs,
+    batch_size, learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
     `work_directory` of the same settings and data is continued as if there had been no break. InputError for settings
     that are missing, RunError if the loss is not finite.
     """
     for key in ("epochs", "batch_size", "learning_rate", "threads"):
         if not settings.get(key, 0) > 0:
-            raise InputError(f"{NAME}: setting {key} is {settings.get(key)}, it must be above 0")
+            raise InputError(f"{name}: setting {key} is {settings.get(key)}, it must be above 0")
     _make_deterministic(settings["seed"], settings["threads"])
-    plain = build(*training_set.features.shape[1:])
+    standardisation = Standardisation.of(samples) if standardised else None
+    plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
     checkpoint = Path(work_directory) / "checkpoint.h5"
-    fingerprint = _fingerprint(training_set, settings)
-    progress = _read_checkpoint(checkpoint, fingerprint, trainer)
+    fingerprint = _fingerprint(samples, settings)
+    progress = _read_checkpoint(checkpoint, fingerprint, trainer, name)
 
-    features, targets = training_set.features.astype(np.float32), training_set.targets.astype(np.float32)
-    held = training_set.is_validation
+    if standardisation is not None:
+        samples = standardisation.apply(samples)
+    arrays = [array.astype(np.float32) for array in (samples.features, samples.targets, samples.unit_um)]
+    held = samples.is_validation
     trained = np.flatnonzero(~held)
     epochs, first = settings["epochs"], len(progress.history)
     best_loss = min((row[2] for row in progress.history), default=np.inf)
     start = saved = time.monotonic()
     for epoch in range(first + 1, epochs + 1):
         order = np.random.default_rng((settings["seed"], epoch)).permutation(trained)
-        losses = trainer.train_epoch(features, targets, order, settings["batch_size"])
-        row = np.concatenate([losses, trainer.errors(features[held], targets[held])])
+        losses = trainer.train_epoch(*arrays, order, settings["batch_size"])
+        row = np.concatenate([losses, trainer.errors(*(array[held] for array in arrays))])
         if not np.isfinite(row).all():
             raise RunError(
-                f"{NAME}: the loss is not finite in epoch {epoch}, "
+                f"{name}: the loss is not finite in epoch {epoch}, "
                 f"learning_rate {settings['learning_rate']} is too large"
             )
         progress.history.append(row)
@@ -300,7 +386,7 @@ def fit(
         now = time.monotonic()
         left_s = (now - start) / (epoch - first) * (epochs - epoch)
         print(
-            f"[{NAME}] epoch {epoch}/{epochs} loss {row[0]:.4g} val_loss {row[2]:.4g}, "
+            f"[{name}] epoch {epoch}/{epochs} loss {row[0]:.4g} val_loss {row[2]:.4g}, "
             f"{now - start:.0f} s elapsed, {left_s:.0f} s left",
             flush=True,
         )
@@ -309,7 +395,7 @@ def fit(
             saved = time.monotonic()
 
     best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
-    print(f"[{NAME}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
+    print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
     trainer.write_back(plain, progress.best)
     rows = (",".join([str(epoch), *map(repr, map(float, row))]) for epoch, row in enumerate(progress.history, start=1))
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
@@ -318,8 +404,13 @@ def fit(
     return {"earlier_wall_s": progress.earlier_wall_s, "earlier_cpu_s": progress.earlier_cpu_s}
 
 
-def predict(model_path: str | Path, features: np.ndarray) -> np.ndarray:
-    """Predict final unwrapped coordinates (n, 3) in um, float64, from features (n, frames, features).
+def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
+    """Predict final unwrapped coordinates in um; see `apply_model`."""
+    return Prediction(apply_model(model_path, particle_history(question.particles, question.frames)))
+
+
+def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
+    """What the network makes of features (n, frames, features): (n, 3), float64.
 
     Any Keras model with these shapes will do. float32 inside: coordinates of 100 um keep 1e-5 um. InputError if the
     file is no Keras model or does not fit the features.

@@ -1,0 +1,46 @@
+"""Measure the packing fraction at which the training slurries end: it gives the final box of a slurry not yet run.
+
+In: frame stores of the training slurries (HDF5), or one fraction given by hand.
+Out: nominal packing fraction (volume of all spheres over that of the box) of each slurry at the target frame, and their
+mean, as JSON.
+"""
+
+import argparse
+import json
+
+import numpy as np
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import run_main, write_text
+from slurrycast.frames import read_frames
+from slurrycast.recipe import sphere_volume_um3
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--frames", nargs="+", help="in: frame stores of the training slurries")
+    source.add_argument("--given", type=float, help="a packing fraction to be used as it is")
+    parser.add_argument("--target-frame", type=int, help="number of the frame that is measured")
+    parser.add_argument("--packing", required=True, help="out: packing fractions, JSON")
+    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Measure and write."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_packing"):
+        fractions = {}
+        for path in args.frames or []:
+            with read_frames(path) as store:
+                volume_um3 = sphere_volume_um3(2 * store.particles.radius_um).sum()
+                fractions[str(store.attributes["slurry"])] = float(volume_um3 / store.volume_um3(args.target_frame))
+        mean = float(np.mean(list(fractions.values()))) if fractions else args.given
+        write_text(args.packing, json.dumps({"mean": mean, "slurries": fractions}, indent=1) + "\n")
+    print(f"packing fraction {mean:.4f}" + (f", mean of {', '.join(fractions)}" if fractions else ", as configured"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,18 @@
+"""The last input frame scaled into the final box: what equilibration does to the particles if all move with the box."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from slurrycast.surrogates.question import Prediction, Question
+
+NAME = "affine"
+LOOKS_AT = "scaled coordinates of the particle itself in the last input frame, and the final box"
+BOX_RULE = "mean_packing_fraction"
+MODEL_FILE = None
+CONTINUES_DEM = False
+VARIANT = None
+
+
+def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
+    """Coordinates (n, 3) of the last input frame in units of its box edges, times the edges of the final box; um."""
+    return Prediction(question.last.position_um / question.last.edges_um * question.final_edges_um)

@@ -1,0 +1,63 @@
+"""No learning: the DEM itself goes on from the last input frame with a faster barostat until its density rests."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.files import RunError
+from slurrycast.lammps_run import Progress, continue_dem
+from slurrycast.surrogates.question import Prediction, Question
+
+NAME = "early_dem"
+LOOKS_AT = "all particles, their velocities and contacts at the last input frame, and the forces of the DEM"
+BOX_RULE = "simulated"
+MODEL_FILE = None
+CONTINUES_DEM = True
+VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
+
+PRESSURE_WITHIN = 0.1  # share of the barostat's pressure; at rest the two agree within 1 %
+
+
+def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
+    """Coordinates (n, 3) and box edges (3,), um, of the DEM gone on in rounds of `flat_steps` steps until one is flat.
+
+    Flat is a round over which density changed by at most the share `flat_within`, and which begins and ends near the
+    pressure of the barostat. RunError if none within `max_steps` steps was.
+    """
+    from slurrycast.lammps_dump import read_dump
+
+    going_on = question.continuation
+    dem = going_on.inputs["physics"]["dem"]
+    round_steps, first = settings["flat_steps"], question.last.step
+    rounds = settings["max_steps"] // round_steps
+    log = continue_dem(
+        going_on.launcher,
+        going_on.inputs,
+        going_on.restart,
+        going_on.coefficients,
+        going_on.work,
+        {
+            "pressure_damping_us": dem["pressure_damping_us"] / int(settings["faster"]),
+            "round_steps": round_steps,
+            "max_rounds": rounds,
+            "flat_within": settings["flat_within"],
+            "pressure_within": PRESSURE_WITHIN,
+            "displacement_um": 0,
+            "displacement_seed": 1,
+            "thermo_every_steps": round_steps,
+        },
+        Progress(f"{question.slurry} continued", first, first + rounds * round_steps, print),
+    )
+    density, pressure = (log.thermo[[0, -1], log.columns.index(name)] for name in ("v_density_g_cm3", "Press"))
+    change, misfit = density[1] / density[0] - 1, np.abs(pressure / dem["pressure_kpa"] - 1)
+    if abs(change) > settings["flat_within"] or misfit.max() > PRESSURE_WITHIN:
+        raise RunError(
+            f"{question.slurry}: not at rest after surrogate.early_dem.max_steps ({rounds * round_steps}) more steps: "
+            f"density {100 * change:+.2g} % over the last {round_steps}, pressure {pressure[0]:.4g} to "
+            f"{pressure[1]:.4g} kPa of {dem['pressure_kpa']:.4g}; log: {going_on.work / 'continue.log'}"
+        )
+    (end,) = read_dump(going_on.work / "continued.dump")
+    print(f"[{question.slurry}] flat after {end.step - first} steps: {density[1]:.4f} g/cm3")
+    return Prediction(end.values[:, 3:6], end.edges_um)

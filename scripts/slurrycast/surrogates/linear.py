@@ -1,0 +1,59 @@
+"""Least squares: final coordinates as one linear combination of those in the input frames.
+
+    x_final = sum over the input frames k of c_k x_k
+
+with the same c_k for all particles, slurries and axes. There is no constant: coordinates are about the box centre, and
+neither a particle nor an axis has a preferred side. Like `vgg16` it is told nothing of a box and moves with the
+coordinates' scale.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.dataset import TrainingSet
+from slurrycast.features import FEATURE_NAMES
+from slurrycast.files import InputError, write_text
+from slurrycast.surrogates.question import Prediction, Question
+
+NAME = "linear"
+LOOKS_AT = "unwrapped coordinates of the particle itself in the input frames"
+BOX_RULE = "scale_of_prediction"
+MODEL_FILE = "model.json"
+CONTINUES_DEM = False
+VARIANT = None
+
+_PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)
+
+
+def fit(training_set: TrainingSet, settings: Mapping, model_path: str | Path) -> dict:
+    """Fit to the training samples and write the model, which is returned: frames, coefficients and errors (um2)."""
+    held = training_set.is_validation
+    places = training_set.features[..., _PLACE].swapaxes(1, 2)  # samples, axes, frames
+    trained, n_frames = places[~held], len(training_set.input_frames)
+    coefficients, *_ = np.linalg.lstsq(trained.reshape(-1, n_frames), training_set.targets[~held].ravel())
+    squares = (places @ coefficients - training_set.targets) ** 2
+    model = {
+        "input_frames": training_set.input_frames,
+        "coefficients": coefficients.tolist(),
+        "training_mse_um2": float(squares[~held].mean()),
+        "validation_mse_um2": float(squares[held].mean()),
+    }
+    write_text(model_path, json.dumps(model, indent=1) + "\n")
+    return model
+
+
+def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
+    """Predict final unwrapped coordinates in um. InputError if the model is none, or of other input frames."""
+    try:
+        model = json.loads(Path(model_path).read_text(encoding="utf-8"))
+        fitted, coefficients = model["input_frames"], np.array(model["coefficients"], dtype=float)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{model_path}: not a readable linear model ({error})") from error
+    asked = [frame.number for frame in question.frames]
+    if fitted != asked:
+        raise InputError(f"{model_path}: was fitted to input frames {fitted}, asked with {asked}")
+    places_um = np.stack([frame.position_um for frame in question.frames], axis=-1)
+    return Prediction(places_um @ coefficients)

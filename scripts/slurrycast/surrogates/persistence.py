@@ -1,0 +1,18 @@
+"""The last input frame as it is: what a prediction has to beat to be one."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from slurrycast.surrogates.question import Prediction, Question
+
+NAME = "persistence"
+LOOKS_AT = "unwrapped coordinates of the particle itself in the last input frame"
+BOX_RULE = "last_frame"
+MODEL_FILE = None
+CONTINUES_DEM = False
+VARIANT = None
+
+
+def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
+    """Coordinates (n, 3) of the last input frame, um."""
+    return Prediction(question.last.position_um)

@@ -1,0 +1,118 @@
+"""The published network, fed and asked in coordinates that do not depend on the size of the box.
+
+The layers are those of `vgg16`. Of each input frame it may look at the particle itself (phase, radius, scaled
+coordinates s, which are unwrapped coordinates over box edges about the box centre, and coordination) and at the box
+edges in um, and at nothing later or of other particles. It is asked for the displacement from the affine prediction,
+(s_final - s_last) x final edges in um: 0 is the `affine` surrogate. Training takes the true final edges of each
+training slurry, a prediction those that the mean packing fraction of the training slurries gives. Inputs and target
+are standardised by the training samples, inside the model.
+
+Variants, each of them one step back to `vgg16`, for the ablation:
+
+    absolute    asked for s_final itself, in which the final edges are given as well
+    xu          coordinates of the input are in um. The target in um, x_final less the affine prediction, is the same
+                number as the displacement above, so nothing else changes
+    nobox       no box edges in the input
+
+Losses are in um2 and um for all of them, at the true final edges: those of `vgg16`, which has to find the box as well,
+hold the error of its box too.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.dataset import TrainingSet
+from slurrycast.features import FEATURE_NAMES, particle_history
+from slurrycast.surrogates import vgg16
+from slurrycast.surrogates.question import Prediction, Question
+
+NAME = "vgg16_box"
+LOOKS_AT = (
+    "phase, radius, scaled coordinates and coordination of the particle itself and the box edges in the input frames, "
+    "and the final box"
+)
+BOX_RULE = "mean_packing_fraction"
+MODEL_FILE = "model.keras"
+CONTINUES_DEM = False
+VARIANT = re.compile("(?P<change>absolute|xu|nobox)?")
+
+_PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)
+
+
+@dataclass(frozen=True)
+class Form:
+    """What the network is fed and asked: the three things in which a variant differs."""
+
+    displacement: bool
+    scaled: bool
+    box: bool
+
+
+def form(settings: Mapping) -> Form:
+    """Form of the variant in `settings`; the full one if there is none."""
+    change = settings.get("change")
+    return Form(displacement=change != "absolute", scaled=change != "xu", box=change != "nobox")
+
+
+def input_width(settings: Mapping) -> int:
+    """Features of a particle and frame that the network takes."""
+    return len(FEATURE_NAMES) + 3 * form(settings).box
+
+
+def inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
+    """Features (n, frames, 9), or 6 without the box, of a history (n, frames, 6) and edges (n or 1, frames, 3)."""
+    features = history.copy()
+    if form.scaled:
+        features[..., _PLACE] /= edges_um
+    if form.box:
+        features = np.concatenate([features, np.broadcast_to(edges_um, features[..., _PLACE].shape)], axis=2)
+    return features
+
+
+def _origin_um(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, form: Form) -> np.ndarray:
+    """What a target of 0 stands for: the affine prediction or the box centre, (n, 3)."""
+    return history[:, -1, _PLACE] / edges_um[:, -1] * final_edges_um * form.displacement
+
+
+def _unit_um(final_edges_um: np.ndarray, form: Form) -> np.ndarray:
+    """What a target of 1 stands for: 1 um or the final edges."""
+    return np.ones_like(final_edges_um) if form.displacement else final_edges_um
+
+
+def samples(training_set: TrainingSet, form: Form) -> vgg16.Samples:
+    """What the network learns from; targets in um if they are displacements, else in final box edges."""
+    edges_um = training_set.input_edges_um[training_set.slurry_index]
+    final_edges_um = training_set.target_edges_um[training_set.slurry_index]
+    unit_um = _unit_um(final_edges_um, form)
+    return vgg16.Samples(
+        features=inputs(training_set.features, edges_um, form),
+        targets=(training_set.targets - _origin_um(training_set.features, edges_um, final_edges_um, form)) / unit_um,
+        unit_um=unit_um,
+        is_validation=training_set.is_validation,
+    )
+
+
+def fit(
+    training_set: TrainingSet,
+    settings: Mapping,
+    model_path: str | Path,
+    history_path: str | Path,
+    work_directory: str | Path,
+) -> dict[str, float]:
+    """Train as `vgg16.train` does, with its settings, on standardised samples."""
+    data = samples(training_set, form(settings))
+    return vgg16.train(NAME, data, True, settings, model_path, history_path, work_directory)
+
+
+def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
+    """Predict final unwrapped coordinates in um, in the final box of the question."""
+    asked = form(settings)
+    history = particle_history(question.particles, question.frames)
+    edges_um = np.array([[frame.edges_um for frame in question.frames]])
+    final_edges_um = question.final_edges_um
+    output = vgg16.apply_model(model_path, inputs(history, edges_um, asked))
+    return Prediction(_origin_um(history, edges_um, final_edges_um, asked) + output * _unit_um(final_edges_um, asked))

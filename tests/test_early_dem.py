@@ -1,0 +1,109 @@
+"""The DEM continued with a faster barostat: it comes to rest, keeps its contacts, and says so if it does not."""
+
+import json
+
+import numpy as np
+import pytest
+
+from slurrycast.errors import coordinate_errors
+from slurrycast.files import RunError
+from slurrycast.frames import read_frames
+from slurrycast.lammps_log import read_log
+from slurrycast.lammps_run import Launcher, continue_dem
+from slurrycast.surrogates import early_dem
+from slurrycast.surrogates.question import Continuation, Question
+
+SETTINGS = {"flat_within": 0.002, "flat_steps": 2000, "max_steps": 40000, "faster": "10"}
+
+
+@pytest.fixture
+def question(slurry, tmp_path):
+    """A question that ends at the frame given."""
+
+    def build(frame):
+        work = tmp_path / "work folder"
+        work.mkdir()
+        inputs = json.loads((slurry / "inputs.json").read_text())
+        restart = slurry / f"frame_{frame}.restart"
+        continuation = Continuation(restart, slurry / "coefficients.lmp", inputs, Launcher("lmp", "mpiexec", 1), work)
+        with read_frames(slurry / "frames.h5") as store:
+            frames = tuple(store.frame(k) for k in range(frame + 1))
+            return Question("A", store.particles, frames, None, continuation)
+
+    return build
+
+
+def steps_used(question: Question) -> int:
+    log = read_log(question.continuation.work / "continue.log")
+    return int(log.thermo[-1, 0]) - question.last.step
+
+
+@pytest.mark.parametrize("frame", [1, 10])
+def test_comes_to_rest_at_the_density_of_the_recipe(question, frame):
+    asked = question(frame)
+    prediction = early_dem.predict(asked, None, SETTINGS)
+    density_g_cm3 = asked.particles.mass_pg.sum() / np.prod(prediction.edges_um)
+    assert density_g_cm3 == pytest.approx(2.24, rel=0.03)
+    pressure_kpa = read_log(asked.continuation.work / "continue.log").thermo[-1, 3]
+    assert pressure_kpa == pytest.approx(101.325, rel=early_dem.PRESSURE_WITHIN)
+    assert 0 < steps_used(asked) < SETTINGS["max_steps"]
+    assert steps_used(asked) % SETTINGS["flat_steps"] == 0
+    # isotropic, about the centre of the box
+    np.testing.assert_allclose(np.ptp(prediction.edges_um / asked.last.edges_um), 0, atol=1e-9)
+    scaled = prediction.position_um / prediction.edges_um
+    assert coordinate_errors(asked.last.position_um / asked.last.edges_um, scaled)["all"].r2 > 0.8
+
+
+def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(question):
+    """In steps so short the density of a run that has just begun changes by less than the bound."""
+    asked = question(1)
+    settings = SETTINGS | {"flat_steps": 1, "max_steps": 3, "flat_within": 0.05}
+    with pytest.raises(RunError, match=r"^A: not at rest after surrogate.early_dem.max_steps \(3\) more steps: .*kPa"):
+        early_dem.predict(asked, None, settings)
+    thermo = read_log(asked.continuation.work / "continue.log").thermo
+    assert abs(thermo[-1, 2] / thermo[0, 2] - 1) < settings["flat_within"]
+    assert steps_used(asked) == 3
+
+
+def test_max_steps_end_a_run_that_is_not_flat(question):
+    asked = question(10)
+    with pytest.raises(RunError, match=r"max_steps \(400\).*density \+.* over the last 200"):
+        early_dem.predict(asked, None, SETTINGS | {"flat_steps": 200, "max_steps": 500, "flat_within": 1e-9})
+    assert steps_used(asked) == 400
+
+
+def test_contact_history_goes_on(question):
+    asked = question(60)
+    early_dem.predict(asked, None, SETTINGS)
+    log = (asked.continuation.work / "continue.log").read_text()
+    assert "Resetting global fix info from restart file" in log
+    assert "NEIGH_HISTORY" in log
+    assert "Unused restart file" not in log
+
+
+def test_lost_part_of_the_restart_file_is_an_error(question, monkeypatch, tmp_path):
+    """A script that repeats pair_style, as one would from LAMMPS' examples."""
+    from slurrycast import lammps_run
+
+    script = (lammps_run.SCRIPTS / "continue.lmp").read_text()
+    repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
+    (tmp_path / "continue.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
+    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    asked = question(60).continuation
+    variables = {
+        "round_steps": 1,
+        "max_rounds": 1,
+        "flat_within": 0,
+        "pressure_within": 0,
+        "displacement_um": 0,
+        "displacement_seed": 1,
+        "thermo_every_steps": 1,
+    }
+    with pytest.raises(RunError, match="dropped a part of the restart file"):
+        continue_dem(asked.launcher, asked.inputs, asked.restart, asked.coefficients, asked.work, variables)
+
+
+@pytest.mark.parametrize(("text", "faster"), [("x2", "2"), ("x32", "32"), ("x0", None), ("x", None), ("10", None)])
+def test_variant_names_how_much_faster(text, faster):
+    match = early_dem.VARIANT.fullmatch(text)
+    assert (match and match["faster"]) == faster

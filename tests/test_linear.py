@@ -1,0 +1,113 @@
+"""Least squares on the input frames: exact where the truth is linear, and at the minimum where it is not."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.files import InputError
+from slurrycast.frames import Frame, Particles
+from slurrycast.surrogates import linear
+from slurrycast.surrogates.question import Question
+
+N = 60
+NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+COEFFICIENTS = np.array([0.5, -0.25, -1.0, 1.5])
+
+
+def question(places_um: np.ndarray, numbers=(7, 8, 9, 10)) -> Question:
+    """Of coordinates (n, frames, 3)."""
+    n = len(places_um)
+    one = np.ones(n, dtype=int)
+    particles = Particles(np.arange(1, n + 1), one, one, one, 0.4 * one, 2.0 * one, ("A",))
+    frames = (
+        Frame(k, k, float(k), places_um[:, column], places_um[:, column], one, -np.ones(3), 2 * np.ones(3))
+        for column, k in enumerate(numbers)
+    )
+    return Question("A", particles, tuple(frames))
+
+
+@pytest.fixture
+def data() -> TrainingSet:
+    """Targets that are a linear combination of the coordinates; other features that say nothing."""
+    features = np.random.default_rng(2).normal(0, 10, (N, 4, 6))
+    targets = np.einsum("nfa,f->na", features[..., 2:5], COEFFICIENTS)
+    held = split(N, 0.25, seed=1)
+    edges_um = np.full((1, 4, 3), 20.0)
+    index = np.zeros(N, dtype=int)
+    frames = (7, 8, 9, 10)
+    return TrainingSet(
+        features, targets, index, ("T1",), np.arange(N), held, NAMES, frames, 120, edges_um, edges_um[:, -1]
+    )
+
+
+def test_exact_coefficients_are_recovered(data, tmp_path):
+    model = linear.fit(data, {"seed": 1}, tmp_path / "model.json")
+    np.testing.assert_allclose(model["coefficients"], COEFFICIENTS, atol=1e-12)
+    assert max(model["training_mse_um2"], model["validation_mse_um2"]) < 1e-20
+    other = np.random.default_rng(3).normal(0, 30, (9, 4, 3))
+    predicted = linear.predict(question(other), tmp_path / "model.json", {})
+    np.testing.assert_allclose(predicted.position_um, np.einsum("nfa,f->na", other, COEFFICIENTS), atol=1e-9)
+    assert predicted.edges_um is None
+
+
+def test_the_fit_is_the_minimum_of_the_training_error_alone(data, tmp_path):
+    noisy = replace(data, targets=data.targets + np.random.default_rng(4).normal(0, 3, (N, 3)))
+    model = linear.fit(noisy, {}, tmp_path / "model.json")
+
+    def mse_um2(coefficients, part):
+        places_um, targets = noisy.features[part][..., 2:5], noisy.targets[part]
+        return np.mean((np.einsum("nfa,f->na", places_um, coefficients) - targets) ** 2)
+
+    trained, held = ~noisy.is_validation, noisy.is_validation
+    found = scipy.optimize.minimize(mse_um2, np.zeros(4), args=(trained,), tol=1e-12)
+    np.testing.assert_allclose(model["coefficients"], found.x, atol=1e-5)
+    assert model["training_mse_um2"] == pytest.approx(found.fun, rel=1e-9)
+    assert model["validation_mse_um2"] == pytest.approx(mse_um2(model["coefficients"], held), rel=1e-12)
+    spoilt = replace(noisy, targets=np.where(held[:, None], 1e6, noisy.targets))
+    assert linear.fit(spoilt, {}, tmp_path / "spoilt.json")["coefficients"] == model["coefficients"]
+
+
+def test_axes_share_their_coefficients_and_prediction_grows_with_the_coordinates(data, tmp_path):
+    noisy = replace(data, targets=data.targets + np.random.default_rng(4).normal(0, 3, (N, 3)))
+    linear.fit(noisy, {}, tmp_path / "model.json")
+    places_um = np.random.default_rng(5).normal(0, 10, (8, 4, 3))
+    predicted = linear.predict(question(places_um), tmp_path / "model.json", {}).position_um
+    turned = linear.predict(question(2.5 * places_um[..., [2, 0, 1]]), tmp_path / "model.json", {}).position_um
+    np.testing.assert_allclose(turned, 2.5 * predicted[:, [2, 0, 1]], rtol=1e-12)
+
+
+def test_models_that_do_not_fit_are_refused(data, tmp_path):
+    path = tmp_path / "model.json"
+    places_um = np.ones((2, 4, 3))
+    with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
+        linear.predict(question(places_um), path, {})
+    path.write_text('{"input_frames": [7, 8, 9, 10]}')
+    with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
+        linear.predict(question(places_um), path, {})
+    linear.fit(data, {}, path)
+    with pytest.raises(InputError, match=r"was fitted to input frames \[7, 8, 9, 10\], asked with \[6, 7, 8, 9\]"):
+        linear.predict(question(places_um, (6, 7, 8, 9)), path, {})
+
+
+def test_the_script_fits_without_keras(data, tmp_path, monkeypatch, capsys):
+    import sys
+
+    import fit_surrogate
+
+    write_training_set(tmp_path / "training.h5", data, seed=1)
+    places = {"--dataset": "training.h5", "--model": "model.json", "--cost": "cost.json"}
+    options = [word for option, name in places.items() for word in (option, str(tmp_path / name))]
+    words = ["fit_surrogate.py", "--surrogate", "linear", "--settings", "{}", "--seed", "1", *options]
+    monkeypatch.setattr(sys, "argv", words)
+    fit_surrogate.main()
+    expected = linear.fit(read_training_set(tmp_path / "training.h5"), {}, tmp_path / "again.json")
+    written = json.loads((tmp_path / "model.json").read_text())
+    assert written == json.loads((tmp_path / "again.json").read_text())
+    assert written["coefficients"] == expected["coefficients"]
+    cost = json.loads((tmp_path / "cost.json").read_text())
+    assert (cost["stage"], cost["surrogate"], cost["particles"]) == ("fit_surrogate", "linear", N)
+    assert "validation_mse_um2" in capsys.readouterr().out
