@@ -1,5 +1,8 @@
 """Relax a predicted microstructure in LAMMPS: overlaps pushed off, then a fixed number of DEM steps under pressure.
 
+The steps are those of the slurry's DEM, but for a barostat of their own and a temperature that falls from a start value
+to the DEM's: at the DEM's own temperature the particles are too slow to find their places in so few steps.
+
 In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inputs of its slurry, the prediction itself
 (HDF5, for what the particles are).
 Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5).
@@ -25,7 +28,12 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
     parser.add_argument("--coefficients", required=True, help="in: pair_coeff lines of the real forces")
     parser.add_argument("--push-off", required=True, help="in: pair_coeff lines of the soft push-off")
-    parser.add_argument("--settings", required=True, type=json.loads, help="JSON: steps, push_off_iterations")
+    parser.add_argument(
+        "--settings",
+        required=True,
+        type=json.loads,
+        help="JSON: steps, pressure_damping_us, start_temperature_k, push_off_iterations",
+    )
     parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
     parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
     parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")

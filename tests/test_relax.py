@@ -9,7 +9,7 @@ import pytest
 from slurrycast.frames import Frame, read_frames, write_frames
 from slurrycast.periodic import to_cartesian, wrap
 
-SETTINGS = {"steps": 1500, "push_off_iterations": 200, "pressure_damping_us": 1000.0}
+SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_us": 200.0, "start_temperature_k": 3.0e4}
 PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
 
 
@@ -71,8 +71,8 @@ def test_relaxed_microstructure_is_sane(relaxed):
         k = store.last
         position_um, (lower_um, edges_um) = store.position_um(k), store.box(k)
         assert np.isfinite(position_um).all()
-        assert 1.9 < store.density_g_cm3(k) < 2.4
-        assert 3 < store.coordination(k).mean() < 8
+        assert store.density_g_cm3(k) == pytest.approx(2.24, rel=0.03)
+        assert 5.5 < store.coordination(k).mean() < 7.5
         np.testing.assert_allclose(lower_um, -edges_um / 2, atol=1e-9)
         np.testing.assert_allclose(
             position_um, to_cartesian(store.scaled_position(k), lower_um, edges_um), rtol=0, atol=1e-9
@@ -87,8 +87,8 @@ def test_relaxed_microstructure_is_sane(relaxed):
 def test_relaxed_store_says_where_it_comes_from(relaxed):
     with read_frames(relaxed / "relaxed.h5") as store, read_frames(relaxed / "predicted.h5") as predicted:
         assert store.frame_numbers.tolist() == [120]
-        assert store.steps.tolist() == [1500]
-        assert store.times_us.tolist() == pytest.approx([3.0])
+        assert store.steps.tolist() == [3000]
+        assert store.times_us.tolist() == pytest.approx([6.0])
         for name in ("slurry", "surrogate", "box_scale"):
             assert store.attributes[name] == predicted.attributes[name]
         assert store.attributes["stage"] == "relaxed"
@@ -114,7 +114,7 @@ def test_relaxed_data_file_holds_the_same_microstructure(relaxed):
 
 def test_cost_and_work_folder(relaxed):
     cost = json.loads((relaxed / "cost.json").read_text())
-    assert (cost["stage"], cost["surrogate"], cost["slurry"], cost["steps"]) == ("relax_slurry", "random", "A", 1500)
+    assert (cost["stage"], cost["surrogate"], cost["slurry"], cost["steps"]) == ("relax_slurry", "random", "A", 3000)
     assert cost["cpu_s"] > 0.05
     assert not (relaxed / "work folder").exists()
 
