@@ -1,10 +1,11 @@
-"""Compare what the hybrid chain costs for each slurry with the full DEM and with the DEM up to its equilibrium.
+"""Compare what the hybrid chain costs for each slurry, end to end, with the full DEM and with the DEM to equilibrium.
 
-In: tables/cost.csv, tables/equilibrium.csv and the run.json of every slurry.
+In: tables/cost.csv, tables/equilibrium.csv, the run.json of every slurry, and the DEM step of each surrogate's last
+input frame.
 Out: a table (CSV, seconds): surrogate, slurry, clock (wall_s or cpu_s), particles, the parts of the hybrid chain and
 their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain. The full DEM and its
-ratio are empty for a new slurry, those to equilibrium also for one that did not reach it. Start-up of LAMMPS counts on
-both sides.
+ratio are empty for a new slurry, those to equilibrium also for one that did not reach it. The making of the inputs and
+the start-up of LAMMPS count on both sides; of the extraction of frames, only those up to the last input frame.
 """
 
 import argparse
@@ -14,7 +15,7 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast.files import run_main, write_text
-from slurrycast.speedup import compare_costs
+from slurrycast.speedup import compare_costs, label_and_steps
 from slurrycast.tables import read_equilibrium, read_table
 
 
@@ -24,6 +25,14 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
     parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="in: run.json of every slurry")
+    parser.add_argument(
+        "--input-steps",
+        nargs="+",
+        type=label_and_steps,
+        required=True,
+        metavar="LABEL=STEPS",
+        help="DEM step of the last input frame of every surrogate",
+    )
     parser.add_argument("--table", type=Path, required=True, help="out: table of both clocks (CSV)")
     return parser.parse_args()
 
@@ -32,10 +41,13 @@ def main() -> None:
     """Read, compare, write."""
     args = parse_args()
     runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
-    costs = read_table(args.cost_table)
-    equilibrium = read_equilibrium(args.equilibrium)
-    by_slurry = {run["slurry"]: run for run in runs}
-    tables = [compare_costs(costs, equilibrium, by_slurry, clock) for clock in ("wall_s", "cpu_s")]
+    read = (
+        read_table(args.cost_table),
+        read_equilibrium(args.equilibrium),
+        {run["slurry"]: run for run in runs},
+        dict(args.input_steps),
+    )
+    tables = [compare_costs(*read, clock) for clock in ("wall_s", "cpu_s")]
     write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
 
 

@@ -1,7 +1,8 @@
-"""Plot what the full DEM and the hybrid chain cost for each slurry, stage by stage.
+"""Plot what the hybrid chain of every surrogate costs for each slurry, part by part, beside the full DEM.
 
-In: tables/speedup.csv (seconds), the rows of one surrogate.
-Out: PNG; two bars a slurry, the full DEM and the hybrid run with its parts, and how many times one fits in the other.
+In: tables/speedup.csv (seconds).
+Out: PNG, one panel a surrogate; a bar a slurry with the parts of its hybrid run, marks where the DEM is in equilibrium
+and where it ends, and how many times the hybrid run fits in these.
 """
 
 import argparse
@@ -9,55 +10,69 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slurrycast.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-from slurrycast.files import run_main
+from slurrycast.files import InputError, run_main
 from slurrycast.speedup import HYBRID_PARTS, time_unit
 from slurrycast.tables import read_table
 
-PART_COLOURS = dict(zip(HYBRID_PARTS, ("#a9b8c6", PREDICTED, FAINT, RELAXED), strict=True))
-AFTER = "#66788a"
+PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTED, FAINT, RELAXED), strict=True))
+COLUMNS = 2
 
 
-def draw_costs(comparison: pd.DataFrame) -> Figure:
-    """Draw the bars of one surrogate; rows of `comparison` as `speedup.compare_costs` returns them."""
-    figure = new_figure(9.5, 1.2 + 0.62 * len(comparison))
-    axes = figure.subplots()
-    length, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
-    places = np.arange(len(comparison))
-    height = 0.36
-    to_equilibrium = comparison.dem_to_equilibrium / length
-    after = comparison.dem / length - to_equilibrium
-    for width, left, colour, label in (
-        (comparison.dem / length, 0.0, DEM, "full DEM"),
-        (after, to_equilibrium, AFTER, "of it after equilibrium"),
-    ):
-        if width.notna().any():
-            axes.barh(places - height / 2, width, height * 0.95, left=left, color=colour, label=label)
-    start = np.zeros(len(comparison))
+def draw_panel(axes: Axes, own: pd.DataFrame, length_s: float) -> None:
+    """Draw the slurries of one surrogate in units of `length_s` seconds."""
+    places, start = np.arange(len(own)), np.zeros(len(own))
     for stage, label in HYBRID_PARTS.items():
-        width = comparison[stage].to_numpy() / length
-        axes.barh(places + height / 2, width, height * 0.95, left=start, color=PART_COLOURS[stage], label=label)
+        width = own[stage].to_numpy() / length_s
+        axes.barh(places, width, 0.62, left=start, color=PART_COLOURS[stage], label=label)
         start = start + width
-    for place, row in enumerate(comparison.itertuples()):
+    for seconds, marker, label in ((own.dem_to_equilibrium, "d", "DEM to equilibrium"), (own.dem, "|", "full DEM")):
+        if seconds.notna().any():
+            size, edge, width = (8, "white", 1) if marker == "d" else (13, DEM, 2)
+            axes.plot(seconds / length_s, places, marker, color=DEM, mec=edge, mew=width, ms=size, label=label)
+    for place, row in enumerate(own.itertuples()):
         if not np.isnan(row.ratio):
             text = f"{row.ratio:.1f} ×"
             if not np.isnan(row.ratio_to_equilibrium):
-                text += f"  ({row.ratio_to_equilibrium:.1f} × to equilibrium)"
-            axes.annotate(
-                text,
-                (row.hybrid / length, place + height / 2),
-                xytext=(5, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=9,
-                color=INK,
-            )
-    axes.set(yticks=places, yticklabels=comparison.slurry, ylabel="Slurry", xlabel=f"Wall time ({unit})")
-    axes.invert_yaxis()
+                text += f" ({row.ratio_to_equilibrium:.1f} ×)"
+            at = (max(row.hybrid, row.dem) / length_s, place)
+            axes.annotate(text, at, (7, 0), textcoords="offset points", va="center", fontsize=8.5, color=INK)
+    axes.set(yticks=places, yticklabels=own.slurry)
     axes.grid(axis="y", visible=False)
-    figure.legend(loc="outside upper left", ncols=3, columnspacing=1.6, handlelength=1.2)
+
+
+def draw_costs(comparison: pd.DataFrame) -> Figure:
+    """Draw a panel for each surrogate; rows of `comparison` as `speedup.compare_costs` returns them, on one clock."""
+    panels = dict(list(comparison.groupby("surrogate", sort=False)))
+    columns = min(COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    slurries = max(len(own) for own in panels.values())
+    figure = new_figure(5.6 * columns + 1.4, 0.9 + rows * (0.7 + 0.3 * slurries))
+    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    length_s, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
+    for axes, (surrogate, own) in zip(grid.flat, panels.items(), strict=False):
+        draw_panel(axes, own.reset_index(drop=True), length_s)
+        axes.set(title=surrogate, xlabel=f"Wall time ({unit})", ylabel="Slurry")
+        axes.invert_yaxis()
+        axes.xaxis.set_tick_params(labelbottom=True)
+    for axes in grid.flat[len(panels) :]:
+        axes.remove()
+    # room for the text behind the longest run
+    grid.flat[0].set_xlim(0, 1.25 * comparison[["dem", "hybrid"]].max(axis=None) / length_s)
+    handles, labels = grid.flat[0].get_legend_handles_labels()
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper left",
+        ncols=4,
+        columnspacing=1.6,
+        handlelength=1.2,
+        title="×: full DEM / hybrid (in brackets: DEM to equilibrium / hybrid)",
+        alignment="left",
+    )
     return figure
 
 
@@ -65,7 +80,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="names in the table, one panel each")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
@@ -73,9 +88,12 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read the table and draw the bars."""
     args = parse_args()
-    table = read_table(args.speedup)
-    wall = table[(table.surrogate == args.surrogate) & (table.clock == "wall_s")]
-    save_figure(draw_costs(wall.reset_index(drop=True)), args.figure)
+    wall = read_table(args.speedup).query("clock == 'wall_s'")
+    for surrogate in args.surrogates:
+        if surrogate not in set(wall.surrogate):
+            raise InputError(f"--surrogates {surrogate}: not in {args.speedup}")
+    shown = [wall[wall.surrogate == surrogate] for surrogate in args.surrogates]
+    save_figure(draw_costs(pd.concat(shown)), args.figure)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,37 @@
-"""What the hybrid chain costs for one slurry, against the full DEM and against the DEM up to equilibrium."""
+"""What the hybrid chain costs for one slurry end to end, against the full DEM and against the DEM up to equilibrium.
 
+A user who has a new slurry pays for all of HYBRID_PARTS; the DEM that it stands in for needs the inputs as well. What
+is paid once, training and the DEM of the training slurries, is counted apart (`scaling`).
+"""
+
+import argparse
 from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 
+from slurrycast.files import InputError
+
 # parts of a hybrid run in the order of the workflow: stage in the cost table, name in figures and tables
 HYBRID_PARTS = {
+    "generate_inputs": "inputs",
     "run_slurry_to_input": "DEM to the last input frame",
+    "extract_frames": "features",
     "predict_slurry": "prediction",
     "wrap_slurry": "wrapping",
     "relax_slurry": "relaxation",
 }
+# of all training slurries together
+DATASET_STAGES = ("assemble_dataset", "measure_packing")
+TRAINING_STAGES = ("train_surrogate", "fit_surrogate")
+
+
+def label_and_steps(word: str) -> tuple[str, int]:
+    """Read `label=steps` of a command line: the DEM step of a surrogate's last input frame."""
+    label, _, steps = word.partition("=")
+    if not label or not steps.isdecimal():
+        raise argparse.ArgumentTypeError(f"{word!r}: must be label=steps, such as affine_f02=1000")
+    return label, int(steps)
 
 
 def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
@@ -26,32 +46,63 @@ def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
     return seconds
 
 
+def extraction_seconds(recorded_s: float, smallest_s: float, run: Mapping, steps: int) -> float:
+    """Seconds that the frames up to step `steps` take of an extraction of all frames, which took `recorded_s`.
+
+    Counted are their share of the frames and the start-up of the program. The latter is not recorded; `smallest_s`, the
+    cheapest extraction of the run, is an upper bound of it, and so is the result of what a user pays.
+    """
+    frames = run["frames_written"]
+    share = ((frames - 1) * steps / run["steps"] + 1) / frames
+    return min(recorded_s, smallest_s + share * recorded_s)
+
+
+def _hybrid_parts(seconds: pd.Series, smallest_extraction_s: float, run: Mapping, steps: int, clock: str) -> dict:
+    """Seconds of each of HYBRID_PARTS, from those of the recorded stages of one slurry."""
+    known = dict(seconds) | {"run_slurry_to_input": dem_seconds(run, steps, clock)}
+    known["extract_frames"] = extraction_seconds(known["extract_frames"], smallest_extraction_s, run, steps)
+    return {stage: float(known[stage]) for stage in HYBRID_PARTS}
+
+
 def compare_costs(
-    costs: pd.DataFrame, equilibrium: pd.DataFrame, runs: Mapping[str, Mapping], clock: str = "wall_s"
+    costs: pd.DataFrame,
+    equilibrium: pd.DataFrame,
+    runs: Mapping[str, Mapping],
+    input_steps: Mapping[str, int],
+    clock: str = "wall_s",
 ) -> pd.DataFrame:
     """Seconds of each part for every slurry that went through the hybrid chain, in the order of `equilibrium`.
 
-    `costs` is tables/cost.csv, `equilibrium` tables/equilibrium.csv, `runs` the content of run.json by slurry; `clock`
-    is wall_s or cpu_s. Columns: surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid, dem,
-    dem_to_equilibrium, ratio (dem / hybrid), ratio_to_equilibrium. dem and ratio are NaN for slurries of role new,
-    whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN for these too, and for slurries
-    with a warning, which are not in equilibrium at their end.
+    `costs` are rows of tables/cost.csv, `equilibrium` is tables/equilibrium.csv, `runs` the content of run.json by
+    slurry, `input_steps` the DEM step of the last input frame by surrogate; `clock` is wall_s or cpu_s. Columns:
+    surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid (their sum), dem (full run, inputs
+    included), dem_to_equilibrium (the same), ratio (dem / hybrid), ratio_to_equilibrium. dem and ratio are NaN for
+    slurries of role new, whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN for these
+    too, and for slurries with a warning, which are not in equilibrium at their end. InputError if a cost or a step is
+    missing.
     """
     rows = []
     relaxations = costs[costs.stage == "relax_slurry"]
+    smallest_extraction_s = costs.loc[costs.stage == "extract_frames", clock].min()
     for surrogate in dict.fromkeys(relaxations.surrogate):
+        if surrogate not in input_steps:
+            raise InputError(f"surrogate {surrogate}: no step of the last input frame is given for it")
         relaxed = set(relaxations.slurry[relaxations.surrogate == surrogate])
         for slurry in equilibrium[equilibrium.slurry.isin(relaxed)].itertuples():
             own = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
             seconds = own.groupby("stage")[clock].sum()
-            parts = {stage: float(seconds.get(stage, np.nan)) for stage in HYBRID_PARTS}
-            hybrid = sum(parts.values())
+            missing = [part for part in HYBRID_PARTS if part not in (*seconds.index, "run_slurry_to_input")]
+            if missing:
+                raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
             run = runs[slurry.slurry]
-            dem = dem_seconds(run, run["steps"], clock) if slurry.role != "new" else np.nan
-            to_equilibrium = np.nan
+            parts = _hybrid_parts(seconds, smallest_extraction_s, run, input_steps[surrogate], clock)
+            hybrid = sum(parts.values())
+            dem = to_equilibrium = np.nan
+            if slurry.role != "new":
+                dem = parts["generate_inputs"] + dem_seconds(run, run["steps"], clock)
             if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
                 steps = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
-                to_equilibrium = dem_seconds(run, steps, clock)
+                to_equilibrium = parts["generate_inputs"] + dem_seconds(run, steps, clock)
             rows.append(
                 {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
                 | parts
@@ -63,6 +114,65 @@ def compare_costs(
                     "ratio_to_equilibrium": to_equilibrium / hybrid,
                 }
             )
+    return pd.DataFrame(rows)
+
+
+def exponent(particles: np.ndarray, seconds: np.ndarray) -> float:
+    """Exponent b of seconds = a particles^b, by least squares of the logarithms; NaN for slurries of only one size."""
+    x = np.log(np.asarray(particles, dtype=float))
+    x -= x.mean()
+    # equal logarithms leave rounding behind
+    return float(x @ np.log(seconds) / (x @ x)) if np.ptp(x) > 1e-9 else np.nan
+
+
+def slurries_to_pay(spent_s: float, saved_s: float) -> float:
+    """Number of slurries, whole, after which `saved_s` each have paid back `spent_s`; NaN if nothing is saved."""
+    if spent_s == 0:
+        return 0.0
+    return float(np.ceil(spent_s / saved_s)) if saved_s > 0 else np.nan
+
+
+def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
+    """Seconds that `surrogate` was trained or fitted; NaN if its model came from elsewhere, 0 if `costs` hold none."""
+    own = costs[costs.surrogate == surrogate]
+    if (own.stage == "adopt_model").any():
+        return np.nan
+    return float(own.loc[own.stage.isin(TRAINING_STAGES), clock].sum())
+
+
+def training_dem_seconds(costs: pd.DataFrame, training: list[str], clock: str) -> float:
+    """Seconds that the `training` slurries took, from their inputs to what they give together."""
+    of_a_slurry = costs.stage.isin(("generate_inputs", "run_slurry", "extract_frames")) & costs.slurry.isin(training)
+    return float(costs.loc[of_a_slurry | costs.stage.isin(DATASET_STAGES), clock].sum())
+
+
+def scaling(speedup: pd.DataFrame, costs: pd.DataFrame, training: list[str], learns_from_dem: set[str]) -> pd.DataFrame:
+    """How costs grow with size and when the training is paid back: one row a surrogate and clock of `speedup`.
+
+    `speedup` are rows of tables/speedup.csv, `costs` those of tables/cost.csv, `training` the ids of the training
+    slurries, `learns_from_dem` the surrogates that need them. Columns: surrogate, clock, slurries (those with a full
+    DEM, over which the rest is taken), hybrid_exponent, dem_exponent, training_s, training_dem_s, saved_s_per_slurry
+    (median of dem - hybrid), slurries_to_pay_training, slurries_to_pay_training_and_dem.
+    """
+    rows = []
+    for (surrogate, clock), own in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
+        training_s = training_seconds(costs, surrogate, clock)
+        dem_s = training_dem_seconds(costs, training, clock) if surrogate in learns_from_dem else 0.0
+        saved_s = float((own.dem - own.hybrid).median())
+        rows.append(
+            {
+                "surrogate": surrogate,
+                "clock": clock,
+                "slurries": len(own),
+                "hybrid_exponent": exponent(own.particles, own.hybrid),
+                "dem_exponent": exponent(own.particles, own.dem),
+                "training_s": training_s,
+                "training_dem_s": dem_s,
+                "saved_s_per_slurry": saved_s,
+                "slurries_to_pay_training": slurries_to_pay(training_s, saved_s),
+                "slurries_to_pay_training_and_dem": slurries_to_pay(training_s + dem_s, saved_s),
+            }
+        )
     return pd.DataFrame(rows)
 
 

@@ -1,0 +1,35 @@
+"""Compare each surrogate with the DEM itself, hurried on from the same frame by a faster barostat, at equal cost.
+
+In: tables/front.csv and tables/skill.csv.
+Out: a table (CSV) of one row for each slurry and surrogate that is not early_dem: cost_share_of_full_dem, error of the
+predicted coordinates (um2), density and RDF error after relaxation, each beside that of early_dem at the same cost, end
+to end. The barostats of early_dem from the same last input frame make one curve of error against cost, linear in the
+logarithm of cost between them; outside of that curve the cells are empty and a note says on which side.
+"""
+
+import argparse
+from pathlib import Path
+
+from slurrycast.files import run_main, write_text
+from slurrycast.front import at_equal_cost
+from slurrycast.tables import read_table
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
+    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
+    parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read, compare, write."""
+    args = parse_args()
+    table = at_equal_cost(read_table(args.front), read_table(args.skill))
+    write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,95 @@
+"""Compare predicted and relaxed structures with those of the DEM, beside the noise of the DEM.
+
+In: quantities and curves (CSV) of any number of surrogates and slurries, those of the DEM for the same slurries, and
+the noise of the DEM (CSV).
+Out: a table (CSV) of one row a surrogate, slurry, stage and quantity: its value, that of the DEM, and replica_sd, the
+standard deviation between DEM runs with other seeds. For rdf_<pair>, value is the mean |g - g_dem| over the bins that
+both have, dem_value is 0, and replica_sd the mean difference between two such runs. replica_sd is that of the
+replicated slurry nearest in size, scaled with (number of particles)^-1/2.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.noise import RDF_PREFIX, Noise, rdf_difference, read_noise
+from slurrycast.tables import read_table
+
+COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
+
+
+def error_rows(structure_path: Path, rdf_path: Path, dem: dict, dem_curves: dict, noise: Noise) -> list[dict]:
+    """Rows of the table for one surrogate and slurry.
+
+    `dem` has the values and `dem_curves` the curves of the DEM by (slurry, quantity) and (slurry, pair). InputError if
+    the DEM's are missing, or the two files are not of the same structures.
+    """
+    structure, curves = read_table(structure_path), read_table(rdf_path)
+    keys = ["surrogate", "slurry", "stage"]
+    if set(structure[keys].itertuples(index=False)) != set(curves[keys].itertuples(index=False)):
+        raise InputError(f"{rdf_path}: not the curves of the structures in {structure_path}")
+    slurry = structure.slurry.iloc[0]
+    particles = int(structure.value[structure.quantity == "particles"].iloc[0])
+    rows = []
+    for (*names, stage), of_stage in structure.groupby(keys, sort=False):
+        compared = {
+            quantity: (value, _of_dem(dem, slurry, quantity))
+            for quantity, value in zip(of_stage.quantity, of_stage.value, strict=True)
+            if quantity != "particles"
+        }
+        for pair, curve in curves[curves.stage == stage].groupby("pair", sort=False):
+            compared[f"{RDF_PREFIX}{pair}"] = rdf_difference(curve, _of_dem(dem_curves, slurry, pair)), 0.0
+        rows += [
+            dict(zip(COLUMNS, (*names, stage, quantity, *values, noise.spread(quantity, particles)), strict=True))
+            for quantity, values in compared.items()
+        ]
+    return rows
+
+
+def _of_dem(results: dict, slurry: str, name: str) -> float | pd.DataFrame:
+    if (slurry, name) not in results:
+        raise InputError(f"slurry {slurry}: no {name} of the DEM to compare with")
+    return results[slurry, name]
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    files = {"type": Path, "nargs": "*", "default": []}
+    parser.add_argument("--structure", **files, help="in: quantities of surrogates and slurries (CSV)")
+    parser.add_argument("--rdf", **files, help="in: curves (CSV), one file for each --structure, in order")
+    parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
+    parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
+    parser.add_argument("--noise", type=Path, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.structure) != len(args.rdf):
+        parser.error(f"{len(args.structure)} --structure but {len(args.rdf)} --rdf: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Compare every structure and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "compare_structure"):
+        noise = read_noise(args.noise)
+        dem = {
+            (row.slurry, row.quantity): row.value
+            for path in args.dem_structure
+            for row in read_table(path).itertuples(index=False)
+        }
+        dem_curves = {
+            key: curve for path in args.dem_rdf for key, curve in read_table(path).groupby(["slurry", "pair"])
+        }
+        rows = []
+        for structure_path, rdf_path in zip(args.structure, args.rdf, strict=True):
+            rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise)
+        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,82 @@
+"""Set what the study says of its costs, term by term, beside what was measured here.
+
+In: tables/speedup.csv and tables/equilibrium.csv, which says which slurries are of role test.
+Out: a table (CSV) of one row for each surrogate and term: slurries (number of those of role test), unit, study (its
+number; empty where it gives none), study_says (what it leaves open), and ours, of wall time: the median over the
+slurries; a part of a whole is that of the sums over the slurries. The study ran on other machines, at another scale.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast import study
+from slurrycast.files import run_main, write_text
+from slurrycast.speedup import HYBRID_PARTS
+from slurrycast.tables import read_equilibrium, read_table
+
+NOT_REPORTED = "not reported"
+
+
+def terms(own: pd.DataFrame) -> pd.DataFrame:
+    """Columns term, unit, study, study_says, ours of one surrogate, from its rows of tables/speedup.csv (wall_s)."""
+    total = own[[*HYBRID_PARTS, "hybrid", "dem"]].sum()
+    input_share = study.INPUT_STEPS / study.STEPS
+    claimed = study.FULL_DEM_MIN / study.HYBRID_MIN
+    with_input_dem = study.FULL_DEM_MIN / (study.HYBRID_MIN + input_share * study.FULL_DEM_MIN)
+    without_input_dem = own.dem / (own.hybrid - own.run_slurry_to_input)
+    beyond_input = "if its hybrid time leaves out the DEM to the last input frame"
+    rows = [
+        ("full DEM", "min", study.FULL_DEM_MIN, "", own.dem.median() / 60),
+        ("hybrid", "min", study.HYBRID_MIN, "about; which stages it counts is not stated", own.hybrid.median() / 60),
+        ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", own.ratio.median()),
+        ("the same without the DEM to the last input frame", "", claimed, beyond_input, without_input_dem.median()),
+        (
+            "the same with the DEM to the last input frame",
+            "",
+            with_input_dem,
+            f"{beyond_input} and every step costs the same",
+            own.ratio.median(),
+        ),
+        ("DEM to equilibrium / hybrid", "", None, NOT_REPORTED, own.ratio_to_equilibrium.median()),
+        (
+            "DEM to the last input frame / full DEM",
+            "%",
+            100 * input_share,
+            "share of its steps; of its time not reported",
+            100 * total.run_slurry_to_input / total.dem,
+        ),
+    ]
+    for stage, name in HYBRID_PARTS.items():
+        says = study.HYBRID_PART_CLAIMS.get(stage, NOT_REPORTED)
+        rows.append((f"share of hybrid: {name}", "%", None, says, 100 * total[stage] / total.hybrid))
+    return pd.DataFrame(rows, columns=["term", "unit", "study", "study_says", "ours"])
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read, compare, write."""
+    args = parse_args()
+    speedup, equilibrium = read_table(args.speedup), read_equilibrium(args.equilibrium)
+    test = equilibrium.slurry[equilibrium.role == "test"]
+    wall = speedup[(speedup.clock == "wall_s") & speedup.slurry.isin(test)]
+    tables = []
+    for surrogate, own in wall.groupby("surrogate", sort=False):
+        table = terms(own)
+        table.insert(0, "surrogate", surrogate)
+        table.insert(1, "slurries", len(own))
+        tables.append(table)
+    write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

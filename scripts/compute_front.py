@@ -1,0 +1,64 @@
+"""Put the structural error of every surrogate after relaxation beside its cost, slurry by slurry.
+
+In: cost records of all jobs of the hybrid chain, tables/equilibrium.csv, the run.json of every slurry compared, the DEM
+step of each surrogate's last input frame, and tables/structure_errors.csv.
+Out: a table (CSV): surrogate, input_last_frame, slurry, cost_share_of_full_dem (CPU seconds of the hybrid chain end to
+end over those of the full DEM, the making of the inputs counted on both sides), density_error (|density / density of
+the DEM - 1|), rdf_error (mean |g - g_dem|, all pairs of particles), both after relaxation.
+"""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import read_cost
+from slurrycast.files import run_main, write_text
+from slurrycast.front import front
+from slurrycast.lammps_run import steps_per_frame
+from slurrycast.speedup import compare_costs, label_and_steps
+from slurrycast.tables import read_equilibrium, read_table
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--costs",
+        nargs="+",
+        type=Path,
+        required=True,
+        help="in: cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry",
+    )
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="in: run.json of the slurries")
+    parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
+    parser.add_argument(
+        "--input-steps",
+        nargs="+",
+        type=label_and_steps,
+        required=True,
+        metavar="LABEL=STEPS",
+        help="DEM step of the last input frame of every surrogate",
+    )
+    parser.add_argument("--table", type=Path, required=True, help="out: table of all surrogates and slurries (CSV)")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read, compare, write."""
+    args = parse_args()
+    costs = pd.DataFrame([asdict(read_cost(path)) for path in args.costs])
+    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
+    by_slurry, input_steps = {run["slurry"]: run for run in runs}, dict(args.input_steps)
+    frame_steps = steps_per_frame(runs[0]["physics"]["dem"])  # one section dem for all slurries
+    last_frames = {label: steps // frame_steps for label, steps in input_steps.items()}
+    speedup = compare_costs(costs, read_equilibrium(args.equilibrium), by_slurry, input_steps, "cpu_s")
+    table = front(speedup, read_table(args.structure_errors), last_frames)
+    write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

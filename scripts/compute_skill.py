@@ -1,0 +1,74 @@
+"""Compute the skill of predictions: 0 as good as the affine map, 1 at the limit that the DEM itself sets.
+
+In: pairs of frame stores (HDF5): a predicted structure, and the DEM frames of the same slurry with the target frame;
+the surrogate `affine` among them for every slurry. The noise of the DEM (CSV), with the floor of twins.
+Out: a table (CSV) of one row a pair: mse_um2 of the unwrapped coordinates less their mean over particles and axes, that
+of `affine`, the floor of the replicated slurry nearest in size, and
+skill = 1 - (MSE - floor) / (MSE of affine - floor).
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.frames import read_frames
+from slurrycast.noise import Noise, final_mse_um2, read_noise, skill
+
+COLUMNS = ("surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill")
+REFERENCE = "affine"
+
+
+def error_row(predicted_path: Path, dem_path: Path, target_frame: int, noise: Noise) -> dict:
+    """Error of one prediction, and the floor of its slurry."""
+    with read_frames(predicted_path) as predicted, read_frames(dem_path) as dem:
+        return {
+            "surrogate": str(predicted.attributes["surrogate"]),
+            "slurry": str(predicted.attributes["slurry"]),
+            "mse_um2": final_mse_um2(predicted, dem, target_frame),
+            "floor_um2": noise.floor_um2(len(dem.particles)),
+        }
+
+
+def with_skill(rows: list[dict]) -> pd.DataFrame:
+    """Table of all rows; InputError if `affine` is missing for a slurry."""
+    affine_um2 = {row["slurry"]: row["mse_um2"] for row in rows if row["surrogate"] == REFERENCE}
+    for row in rows:
+        if row["slurry"] not in affine_um2:
+            raise InputError(f"--predicted: no {REFERENCE} of slurry {row['slurry']}, which skill is measured against")
+        row["mse_affine_um2"] = affine_um2[row["slurry"]]
+        row["skill"] = skill(row["mse_um2"], row["mse_affine_um2"], row["floor_um2"])
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--predicted", type=Path, nargs="*", default=[], help="in: predicted structures (HDF5)")
+    parser.add_argument(
+        "--frames", type=Path, nargs="*", default=[], help="in: DEM frames (HDF5), one for each --predicted, in order"
+    )
+    parser.add_argument("--noise", type=Path, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of skills (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.predicted) != len(args.frames):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Compute the skill of every prediction and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "compute_skill"):
+        noise = read_noise(args.noise)
+        pairs = zip(args.predicted, args.frames, strict=True)
+        table = with_skill([error_row(predicted, dem, args.target_frame, noise) for predicted, dem in pairs])
+        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,86 @@
+"""Measure the noise of the DEM: how far replicas of a slurry differ, and how far a twin is from its original.
+
+In: quantities and curves (CSV) of replicas, DEM runs of a slurry with other seeds and ids <slurry>_r<number>; frame
+stores (HDF5) of twins, continued from the last input frame with positions moved by a hair, and of their originals.
+Out: a table (CSV): slurry, particles, quantity, number of runs, mean and standard deviation (ddof = 1) of the
+replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them. For
+twin_floor_um2, mean is the mean squared distance (um2) of one twin from its original at the target frame.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.frames import read_frames
+from slurrycast.noise import COLUMNS, FLOOR, RDF_PREFIX, final_mse_um2, mean_and_sd, rdf_spread, replicated_slurry
+from slurrycast.tables import read_table
+
+
+def replica_rows(slurry: str, structure: pd.DataFrame, curves: pd.DataFrame) -> list[dict]:
+    """Rows of the table for the replicas of one slurry; InputError if there is one only, or their sizes differ."""
+    values = {quantity: rows.value.to_list() for quantity, rows in structure.groupby("quantity", sort=False)}
+    sizes = values.pop("particles")
+    if len(sizes) < 2 or len(set(sizes)) != 1:
+        numbers = ", ".join(f"{size:g}" for size in sizes)
+        raise InputError(f"slurry {slurry}: replicas of {numbers} particles, needed are two or more of the same size")
+    measures = {quantity: (len(of_runs), *mean_and_sd(of_runs)) for quantity, of_runs in values.items()}
+    for pair, rows in curves.groupby("pair", sort=False):
+        of_runs = [curve for _, curve in rows.groupby("slurry", sort=False)]
+        measures[f"{RDF_PREFIX}{pair}"] = (len(of_runs), *rdf_spread(of_runs))
+    return [
+        dict(zip(COLUMNS, (slurry, int(sizes[0]), quantity, *measure), strict=True))
+        for quantity, measure in measures.items()
+    ]
+
+
+def twin_row(twin_path: Path, dem_path: Path, target_frame: int) -> dict:
+    """Row of the table for one twin."""
+    with read_frames(twin_path) as twin, read_frames(dem_path) as dem:
+        floor_um2 = final_mse_um2(twin, dem, target_frame)
+        return {
+            "slurry": dem.attributes["slurry"],
+            "particles": len(dem.particles),
+            "quantity": FLOOR,
+            "runs": 1,
+            "mean": floor_um2,
+        }
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--structure", type=Path, nargs="+", required=True, help="in: quantities of all replicas (CSV)")
+    parser.add_argument("--rdf", type=Path, nargs="+", required=True, help="in: curves of the same replicas (CSV)")
+    parser.add_argument("--twins", type=Path, nargs="+", required=True, help="in: ends of the twins (HDF5)")
+    parser.add_argument(
+        "--frames", type=Path, nargs="+", required=True, help="in: DEM frames (HDF5), one for each of --twins, in order"
+    )
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of the noise (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.structure) != len(args.rdf):
+        parser.error(f"{len(args.structure)} --structure but {len(args.rdf)} --rdf: one each is needed")
+    if len(args.twins) != len(args.frames):
+        parser.error(f"{len(args.twins)} --twins but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Measure replicas and twins and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_noise"):
+        structure, curves = (pd.concat(map(read_table, paths)) for paths in (args.structure, args.rdf))
+        rows = []
+        for slurry, of_slurry in structure.groupby(structure.slurry.map(replicated_slurry), sort=False):
+            rows += replica_rows(slurry, of_slurry, curves[curves.slurry.isin(of_slurry.slurry)])
+        for twin_path, dem_path in zip(args.twins, args.frames, strict=True):
+            rows.append(twin_row(twin_path, dem_path, args.target_frame))
+        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,84 @@
+"""Measure the structure of one slurry: that of the DEM at the target frame, or the predicted and the relaxed one.
+
+In: a frame store (HDF5) of the DEM, or those of the predicted and of the relaxed structure.
+Out: two tables (CSV), with the surrogate (`-` for the DEM), the slurry and the stage (target, predicted or relaxed):
+of quantities (particles, density_g_cm3, mean contacts coordination_all and coordination_<A>-<B> of an A particle with B
+particles, overlap_mean and overlap_max as shares of Ri + Rj, packing_nominal and packing_union), and of g(r) for `all`
+and every pair of phases: r_um, the centre of the bin, and g. The bin width is cutoff / bins; the range ends at
+min(cutoff, 0.49 x the shortest edge of the structure's own box).
+"""
+
+import argparse
+import contextlib
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import run_main, write_text
+from slurrycast.frames import FrameStore, read_frames
+from slurrycast.rdf import bin_edges_um
+from slurrycast.structure import radial_distributions, structure_measures
+
+STRUCTURE_COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value")
+RDF_COLUMNS = ("surrogate", "slurry", "stage", "pair", "r_um", "g")
+
+
+def tables_of(store: FrameStore, frame: int, stage: str, cutoff_um: float, bins: int) -> list[pd.DataFrame]:
+    """Table of quantities and table of curves of one structure."""
+    position_um, (lower_um, edges_um) = store.position_um(frame), store.box(frame)
+    measures = structure_measures(position_um, lower_um, edges_um, store.particles)
+    r_edges_um = bin_edges_um(cutoff_um, bins, [edges_um])
+    curves = radial_distributions(position_um, lower_um, edges_um, store.particles, r_edges_um)
+    centres_um = (r_edges_um[:-1] + r_edges_um[1:]) / 2
+    tables = [
+        pd.DataFrame({"quantity": measures.keys(), "value": measures.values()}),
+        pd.concat([pd.DataFrame({"pair": pair, "r_um": centres_um, "g": g}) for pair, g in curves.items()]),
+    ]
+    surrogate = store.attributes["surrogate"] if stage != "target" else "-"
+    return [table.assign(surrogate=surrogate, slurry=store.attributes["slurry"], stage=stage) for table in tables]
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dem", type=Path, help="in: DEM frames of the slurry (HDF5), with --target-frame")
+    parser.add_argument("--target-frame", type=int, help="number of the DEM frame to measure")
+    parser.add_argument("--predicted", type=Path, help="in: predicted structure (HDF5), with --relaxed")
+    parser.add_argument("--relaxed", type=Path, help="in: relaxed structure (HDF5)")
+    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
+    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
+    parser.add_argument("--structure", type=Path, required=True, help="out: quantities (CSV)")
+    parser.add_argument("--rdf", type=Path, required=True, help="out: curves (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    given = [name for name in ("dem", "target_frame", "predicted", "relaxed") if getattr(args, name) is not None]
+    if given not in (["dem", "target_frame"], ["predicted", "relaxed"]):
+        parser.error("either --dem and --target-frame, or --predicted and --relaxed are needed")
+    return args
+
+
+def main() -> None:
+    """Measure the structures and write both tables."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_structure") as cost, contextlib.ExitStack() as files:
+        if args.dem:
+            dem = files.enter_context(read_frames(args.dem))
+            structures = [(dem, args.target_frame, "target")]
+        else:
+            stores = [files.enter_context(read_frames(path)) for path in (args.predicted, args.relaxed)]
+            structures = [
+                (store, store.last, stage) for store, stage in zip(stores, ("predicted", "relaxed"), strict=True)
+            ]
+            cost.surrogate = str(stores[0].attributes["surrogate"])
+        cost.slurry = str(structures[0][0].attributes["slurry"])
+        cost.particles = len(structures[0][0].particles)
+        results = [tables_of(*structure, args.cutoff_um, args.bins) for structure in structures]
+        for path, tables, columns in zip(
+            (args.structure, args.rdf), zip(*results, strict=True), (STRUCTURE_COLUMNS, RDF_COLUMNS), strict=True
+        ):
+            write_text(path, pd.concat(tables).to_csv(index=False, columns=columns, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,72 @@
+"""Plot the skill of every surrogate on each slurry: 0 is the affine map, 1 the limit that the twin runs set.
+
+In: tables/skill.csv; slurries without a floor have no skill and are left out.
+Out: PNG, one row a surrogate, one numbered dot a slurry and a bar at their median. Skills below the axis stand at its
+left edge with their value.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from slurrycast.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.files import InputError, run_main
+from slurrycast.tables import read_table
+
+MEDIAN = "#b9c2ca"
+LOWEST = -1.0  # left end of the axis at most
+SLOT_IN = 0.1  # height of a slurry within the row of a surrogate
+
+
+def draw_skill(skill: pd.DataFrame) -> Figure:
+    """Draw the dots; rows of tables/skill.csv with a skill."""
+    labels, slurries = list(dict.fromkeys(skill.surrogate)), list(dict.fromkeys(skill.slurry))
+    figure = new_figure(8.5, 1.0 + len(labels) * max(0.3, SLOT_IN * (len(slurries) + 1)))
+    axes = figure.subplots()
+    left = max(LOWEST, min(skill.skill.min(), 0.0) - 0.1)
+    step = 1 / (len(slurries) + 1)
+    for row, (label, colour) in enumerate(surrogate_colours(labels).items()):
+        own = skill[skill.surrogate == label]
+        median = own.skill.median()
+        if median >= left:
+            axes.plot([median, median], [row - 0.42, row + 0.42], color=MEDIAN, linewidth=3.0, zorder=1.5)
+        for point in own.itertuples():
+            place = row - 0.5 + step * (slurries.index(point.slurry) + 1)
+            below = point.skill < left
+            x = left if below else point.skill
+            axes.plot(x, place, "<" if below else "o", color=colour, ms=6.5, markeredgecolor="none", clip_on=False)
+            text = f"{point.slurry}: −{-point.skill:.1f}" if below else point.slurry
+            axes.annotate(text, (x, place), xytext=(6, 0), textcoords="offset points", fontsize=7, va="center_baseline")
+    for x, name in ((0, "affine map"), (1, "twin floor")):
+        axes.axvline(x, color=INK, linestyle="--", linewidth=1.0, zorder=1)
+        axes.annotate(name, (x, 1), (0, 4), ("data", "axes fraction"), "offset points", ha="center", fontsize=9)
+    axes.hlines(np.arange(len(labels) - 1) + 0.5, 0, 1, FAINT, linewidth=0.7, transform=axes.get_yaxis_transform())
+    axes.set(yticks=range(len(labels)), yticklabels=labels, ylim=(len(labels) - 0.5, -0.5), xlabel="Skill")
+    axes.set_xlim(left, max(1.05, skill.skill.max() + 0.05))
+    axes.grid(axis="y", visible=False)
+    axes.tick_params(axis="y", length=0, pad=9)
+    return figure
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read the table and draw the dots."""
+    args = parse_args()
+    skill = read_table(args.skill).dropna(subset=["skill"])
+    if skill.empty:
+        raise InputError(f"{args.skill}: no skill in it")
+    save_figure(draw_skill(skill), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)

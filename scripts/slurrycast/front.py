@@ -1,0 +1,117 @@
+"""Structural error against cost: what each surrogate reaches, which are on the front, and the DEM at equal cost."""
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.noise import BAND_SDS
+
+REFERENCE = "early_dem"  # the DEM hurried on from the last input frame: what a user would do without any of this
+ERRORS = ("mse_um2", "density_error", "rdf_error")
+
+
+def structure_error_columns(structure_errors: pd.DataFrame) -> pd.DataFrame:
+    """Density and RDF error of every relaxed structure: surrogate, slurry, density_error, rdf_error.
+
+    `structure_errors` is tables/structure_errors.csv. density_error is |density / density of the DEM - 1|, rdf_error
+    the mean of |g - g_dem| over all pairs of particles.
+    """
+    relaxed = structure_errors[structure_errors.stage == "relaxed"]
+    keys = ["surrogate", "slurry"]
+    density = relaxed[relaxed.quantity == "density_g_cm3"]
+    density = density.assign(density_error=(density.value / density.dem_value - 1).abs())[[*keys, "density_error"]]
+    rdf = relaxed[relaxed.quantity == "rdf_all"].rename(columns={"value": "rdf_error"})[[*keys, "rdf_error"]]
+    return density.merge(rdf, on=keys, validate="one_to_one")
+
+
+def front(speedup: pd.DataFrame, structure_errors: pd.DataFrame, last_frames: Mapping[str, int]) -> pd.DataFrame:
+    """Rows of tables/front.csv: surrogate, input_last_frame, slurry, cost_share_of_full_dem, density_error, rdf_error.
+
+    `speedup` are rows of `speedup.compare_costs` on one clock, `last_frames` the number of each surrogate's last input
+    frame. Only slurries with a full DEM and a structure to compare have a row.
+    """
+    shares = speedup.assign(
+        input_last_frame=speedup.surrogate.map(last_frames), cost_share_of_full_dem=speedup.hybrid / speedup.dem
+    )
+    keys = ["surrogate", "input_last_frame", "slurry", "cost_share_of_full_dem"]
+    shares = shares.dropna(subset=["dem"])[keys].astype({"input_last_frame": int})
+    return shares.merge(structure_error_columns(structure_errors), on=["surrogate", "slurry"], validate="one_to_one")
+
+
+def mean_front(table: pd.DataFrame) -> pd.DataFrame:
+    """Mean of cost and errors over the slurries of tables/front.csv, one row a surrogate in order of cost.
+
+    Every row stands for the same slurries: those that every surrogate has.
+    """
+    common = set.intersection(*(set(own.slurry) for _, own in table.groupby("surrogate")))
+    means = table[table.slurry.isin(common)].groupby(["surrogate", "input_last_frame"], sort=False)
+    means = means[["cost_share_of_full_dem", "density_error", "rdf_error"]].mean().reset_index()
+    return means.sort_values("cost_share_of_full_dem", ignore_index=True)
+
+
+def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Mark (n,) the points of which no other is at most as dear and at most as wrong, and better in one of the two."""
+    cost, error = np.asarray(cost), np.asarray(error)
+    no_worse = (cost[:, None] >= cost) & (error[:, None] >= error)
+    better = (cost[:, None] > cost) | (error[:, None] > error)
+    return ~(no_worse & better).any(axis=1)
+
+
+def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> dict[str, float]:
+    """What two DEM runs with other seeds differ by, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
+
+    NaN where tables/structure_errors.csv has no replica_sd.
+    """
+    rows = structure_errors[(structure_errors.stage == "relaxed") & structure_errors.slurry.isin(slurries)]
+    density, rdf = (rows[rows.quantity == quantity] for quantity in ("density_g_cm3", "rdf_all"))
+    return {
+        "density_error": float((BAND_SDS * density.replica_sd / density.dem_value).mean()),
+        "rdf_error": float(rdf.replica_sd.mean()),
+    }
+
+
+def is_reference(label: str) -> bool:
+    """Whether `label` is one of the hurried DEM."""
+    return label == REFERENCE or label.startswith(f"{REFERENCE}_")
+
+
+def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, float], str]:
+    """Errors of the hurried DEM at equal `cost`, linear in log cost between its points, and a note.
+
+    `reference` are its points for one slurry and last input frame: cost_share_of_full_dem and ERRORS. Outside of its
+    range there is none: errors are NaN and the note says on which side.
+    """
+    reference = reference.sort_values("cost_share_of_full_dem")
+    costs = reference.cost_share_of_full_dem.to_numpy()
+    note = ""
+    if not len(costs):
+        note = f"no {REFERENCE} from this frame"
+    elif cost < costs[0]:
+        note = f"cheaper than any {REFERENCE}"
+    elif cost > costs[-1]:
+        note = f"dearer than any {REFERENCE}"
+    if note:
+        return dict.fromkeys(ERRORS, np.nan), note
+    return {name: float(np.interp(np.log(cost), np.log(costs), reference[name])) for name in ERRORS}, ""
+
+
+def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
+    """Every other surrogate beside the hurried DEM from the same last input frame at equal cost.
+
+    `front_table` is tables/front.csv, `skill` tables/skill.csv. Columns: surrogate, slurry, cost_share_of_full_dem,
+    each of ERRORS and early_dem_<error>, note.
+    """
+    points = front_table.merge(skill[["surrogate", "slurry", "mse_um2"]], on=["surrogate", "slurry"], how="left")
+    hurried = points.surrogate.map(is_reference).astype(bool)
+    rows = []
+    for point in points[~hurried].itertuples():
+        same = (points.slurry == point.slurry) & (points.input_last_frame == point.input_last_frame)
+        theirs, note = reference_at_cost(point.cost_share_of_full_dem, points[hurried & same])
+        row = {name: getattr(point, name) for name in ("surrogate", "slurry", "cost_share_of_full_dem")}
+        for name in ERRORS:
+            row |= {name: getattr(point, name), f"{REFERENCE}_{name}": theirs[name]}
+        rows.append(row | {"note": note})
+    columns = ["surrogate", "slurry", "cost_share_of_full_dem"]
+    columns += [column for name in ERRORS for column in (name, f"{REFERENCE}_{name}")]
+    return pd.DataFrame(rows, columns=[*columns, "note"])

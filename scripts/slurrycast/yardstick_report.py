@@ -1,0 +1,591 @@
+"""The page of the yardsticks: what surrogates are worth against cheap alternatives, the DEM's noise and its limit.
+
+`Yardsticks` holds the tables of a run; every sentence is computed from them. Means run over the slurries of role
+`test`; those of role `validation`, on which choices are made, are shown beside them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.figures import surrogate_family
+from slurrycast.front import mean_front, non_dominated
+from slurrycast.page import (
+    Heading,
+    Notices,
+    Points,
+    Section,
+    Table,
+    Text,
+    figure_block,
+    listed,
+    named,
+    number,
+    page_html,
+    pair_name,
+    span,
+)
+from slurrycast.verdicts import (
+    FEWEST_TO_JUDGE,
+    JUDGED_WORDS,
+    STANDARD_ERRORS,
+    deviations,
+    judged,
+    judged_list,
+    quantity_name,
+)
+
+AFFINE = "affine"
+EARLY_DEM = "early_dem"
+# Quantities that are judged together: the group's name and how they begin.
+GROUPS = {
+    "density": "density",
+    "RDF": "rdf_",
+    "contacts": "coordination_",
+    "overlap": "overlap_",
+    "packing": "packing_",
+}
+# A mean difference of two surrogates within so many replica sd (of an RDF: replica spreads) is a tie.
+TIE_IN_SD = 1.0
+MOST_NAMED = 6  # cases that a sentence names one by one
+
+
+@dataclass(frozen=True)
+class Yardsticks:
+    """Tables of a run as in results/<run>/tables, and what to judge them by."""
+
+    run: str
+    roles: Mapping[str, str]  # role by slurry
+    networks: Sequence[str]  # labels that are held against affine and early_dem
+    density_bar: float  # largest |density / that of the DEM - 1|
+    rdf_bar: float  # largest mean |g - g of the DEM|, in replica spreads
+    skill: pd.DataFrame
+    noise: pd.DataFrame
+    structure_errors: pd.DataFrame
+    front: pd.DataFrame
+    equal_cost: pd.DataFrame
+    cost_scaling: pd.DataFrame
+    study_costs: pd.DataFrame
+    ablation: pd.DataFrame | None
+    figures: Mapping[str, Path]
+
+    def slurries(self, role: str) -> list[str]:
+        """Ids of the slurries of one role."""
+        return [slurry for slurry, own in self.roles.items() if own == role]
+
+    @property
+    def test(self) -> list[str]:
+        """Ids of the slurries that means run over."""
+        return self.slurries("test")
+
+    def relaxed(self, surrogate: str) -> pd.DataFrame:
+        """Deviations of the relaxed structures of `surrogate`: slurry, quantity, value, dem_value, deviation, in_sd."""
+        table = deviations(self.structure_errors)
+        return table[(table.stage == "relaxed") & (table.surrogate == surrogate)]
+
+    def density_errors(self, surrogate: str) -> pd.Series:
+        """|density / that of the DEM - 1| after relaxation, by slurry."""
+        own = self.relaxed(surrogate)
+        own = own[own.quantity == "density_g_cm3"].set_index("slurry")
+        return (own.deviation / own.dem_value).rename("density")
+
+    def rdf_in_spreads(self, surrogate: str) -> pd.DataFrame:
+        """Mean |g - g of the DEM| after relaxation in replica spreads: slurries x rdf quantities."""
+        own = self.relaxed(surrogate)
+        own = own[own.quantity.str.startswith("rdf_")]
+        return own.pivot_table(index="slurry", columns="quantity", values="in_sd", sort=False)
+
+    def best(self, labels: Sequence[str]) -> tuple[str, str] | None:
+        """The one of `labels` with the lowest mean density error after relaxation, and the role that says so.
+
+        The validation slurries say it where there are any, so that the test slurries are only evaluated.
+        """
+        for role in ("validation", "test"):
+            errors = {name: self.density_errors(name).reindex(self.slurries(role)).mean() for name in labels}
+            known = pd.Series(errors, dtype=float).dropna()
+            if not known.empty:
+                return str(known.idxmin()), role
+        return None
+
+
+def labels_of(table: pd.DataFrame) -> list[str]:
+    """Labels of a table in their order."""
+    return list(dict.fromkeys(table.surrogate))
+
+
+def main_labels(labels: Sequence[str]) -> list[str]:
+    """The labels without those of earlier input frames and without variants of a label that is there itself."""
+    plain = [name for name in labels if surrogate_family(name) == name]
+    others = [name for name in labels if surrogate_family(name) not in plain]
+    kept = {*plain, *(name for name in others if not any(name.startswith(f"{other}_f") for other in others))}
+    return [name for name in labels if name in kept]
+
+
+# ---- verdicts
+
+
+def skill_sentences(yardsticks: Yardsticks) -> list[str]:
+    """What each network adds to the affine map in skill."""
+    sentences = []
+    for network in yardsticks.networks:
+        own = yardsticks.skill[yardsticks.skill.surrogate == network].set_index("slurry").skill
+        own = own.reindex(yardsticks.test).dropna()
+        if own.empty:
+            sentences.append(f"{network}: no test slurry has a skill.")
+            continue
+        verdict = judged(-own)
+        words = {"better": "it adds to the affine map", "worse": "it is worse than the affine map"}
+        words |= {"tie": "it ties the affine map", None: f"{JUDGED_WORDS[None]} it"}
+        sentences.append(
+            f"{network} has a mean skill of {own.mean():.2f} over the test slurries ({span(own, '.2f')}), where 0 is "
+            f"the affine map and 1 the limit that the DEM itself sets: {words[verdict]}."
+        )
+    return sentences
+
+
+ERRORS_AT_EQUAL_COST = {"mse_um2": "coordinates", "density_error": "density", "rdf_error": "RDF"}
+
+
+def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
+    """What each network adds over the DEM hurried on at equal cost."""
+    sentences = []
+    for network in yardsticks.networks:
+        own = yardsticks.equal_cost
+        own = own[(own.surrogate == network) & own.slurry.isin(yardsticks.test)]
+        verdicts, means = {}, []
+        for column, words in ERRORS_AT_EQUAL_COST.items():
+            both = own[[column, f"early_dem_{column}"]].dropna()
+            if not both.empty:
+                verdicts[words] = judged(both[column] - both[f"early_dem_{column}"])
+                means.append(f"{words} {both[column].mean():.3g} against {both[f'early_dem_{column}'].mean():.3g}")
+        if verdicts:
+            count = int(own[[f"early_dem_{column}" for column in ERRORS_AT_EQUAL_COST]].notna().any(axis=1).sum())
+            sentences.append(
+                f"{network} against early_dem at equal cost, on {count} of {len(yardsticks.test)} test slurries: "
+                f"{judged_list(verdicts)} (mean errors: {'; '.join(means)})."
+            )
+        else:
+            notes = list(dict.fromkeys(own.note.dropna().astype(str)))
+            reason = f": {'; '.join(notes)}" if notes else ""
+            sentences.append(f"{network} cannot be compared with early_dem at equal cost on any test slurry{reason}.")
+    return sentences
+
+
+def group_deviations(yardsticks: Yardsticks, surrogate: str) -> pd.DataFrame:
+    """Mean deviation in replica sd of each group of quantities after relaxation: test slurries x groups."""
+    own = yardsticks.relaxed(surrogate)
+    columns = {}
+    for group, start in GROUPS.items():
+        of_group = own[own.quantity.str.startswith(start)]
+        columns[group] = of_group.groupby("slurry").in_sd.mean().reindex(yardsticks.test)
+    return pd.DataFrame(columns)
+
+
+def tie_sentences(yardsticks: Yardsticks) -> list[str]:
+    """Whether affine and relaxation tie each network."""
+    reference = group_deviations(yardsticks, AFFINE)
+    sentences = []
+    for network in yardsticks.networks:
+        own = group_deviations(yardsticks, network)
+        groups = [group for group in GROUPS if (own[group] - reference[group]).notna().any()]
+        if not groups:
+            sentences.append(
+                f"After relaxation {network} and affine cannot be compared: no scatter of replicas is known."
+            )
+            continue
+        verdicts = {group: judged(own[group] - reference[group], noise=TIE_IN_SD) for group in groups}
+        means = [f"{group} {own[group].mean():.2g} and {reference[group].mean():.2g}" for group in groups]
+        found = set(verdicts.values())
+        if found == {"tie"}:
+            opening = f"After relaxation affine ties {network}"
+        elif "better" not in found:
+            opening = f"After relaxation {network} adds nothing to affine, and is {judged_list(verdicts)}"
+        else:
+            opening = f"After relaxation {network} is not tied by affine: {judged_list(verdicts)}"
+        sentences.append(
+            f"{opening} (mean deviations from the DEM in replica sd, {network} first: {'; '.join(means)})."
+        )
+    return sentences
+
+
+def bar_sentences(yardsticks: Yardsticks) -> list[str]:
+    """Whether the best surrogate, and the best one that does not go on with the DEM, keep to both bars."""
+    labels = labels_of(yardsticks.structure_errors)
+    chosen = [yardsticks.best(labels), yardsticks.best([name for name in labels if not _goes_on(name)])]
+    sentences = []
+    for place, choice in enumerate(chosen):
+        if choice is None or choice in chosen[:place]:
+            continue
+        best, role = choice
+        among = "all surrogates" if place == 0 else "those that do not go on with the DEM"
+        sentences.append(
+            f"{best} has the lowest mean density error after relaxation on the {role} slurries, of {among}."
+        )
+        density = yardsticks.density_errors(best).reindex(yardsticks.test).dropna()
+        sentences.append(
+            f"Density error of {best}, at most {yardsticks.density_bar:.2%} wanted: "
+            f"{bar_words(density, yardsticks.density_bar, '.2%')}."
+        )
+        in_spreads = yardsticks.rdf_in_spreads(best).reindex(yardsticks.test)
+        in_spreads.columns = [pair_name(quantity.removeprefix("rdf_")) for quantity in in_spreads]
+        sentences.append(
+            f"RDF difference of {best}, at most {yardsticks.rdf_bar:g} replica spreads wanted: "
+            f"{rdf_bar_words(in_spreads, yardsticks.rdf_bar)}."
+        )
+    return sentences
+
+
+def _goes_on(label: str) -> bool:
+    return surrogate_family(label) == EARLY_DEM
+
+
+def bar_words(values: pd.Series, bar: float, form: str) -> str:
+    """Say on how many slurries `values` (by slurry) keep to `bar`, and which miss it."""
+    if values.empty:
+        return "no test slurry to judge it on"
+    missed = values[values > bar]
+    if missed.empty:
+        return f"met on all {len(values)} test slurries, at most {values.max():{form}} (slurry {values.idxmax()})"
+    those = listed([f"slurry {slurry} ({value:{form}})" for slurry, value in missed.items()])
+    return f"met on {len(values) - len(missed)} of {len(values)} test slurries, missed on {those}"
+
+
+def rdf_bar_words(in_spreads: pd.DataFrame, bar: float) -> str:
+    """Say for how many slurries (rows) and pairs (columns) differences keep to `bar`, and which miss it."""
+    values = in_spreads.stack().dropna()
+    if values.empty:
+        return "no test slurry to judge it on"
+    missed = values[values > bar].sort_values(ascending=False)
+    slurry, pair = values.idxmax()
+    if missed.empty:
+        widest = f"at most {values.max():.2f} ({pair} on slurry {slurry})"
+        return f"met for all pairs on all {len(in_spreads)} test slurries, {widest}"
+    those = [f"{pair} on slurry {slurry} ({value:.2f})" for (slurry, pair), value in missed.items()]
+    if len(those) > MOST_NAMED:
+        those = [*those[:MOST_NAMED], f"{len(those) - MOST_NAMED} more"]
+    return (
+        f"met in {len(values) - len(missed)} of {len(values)} cases (pair and test slurry), missed for {listed(those)}"
+    )
+
+
+# ---- sections
+
+
+def mean_and_worst(values: pd.Series, form: str, lowest_is_worst: bool = False) -> list[str]:
+    """Texts of the mean over slurries and of the worst one."""
+    known = values.dropna()
+    if known.empty:
+        return ["–", "–"]
+    worst = known.idxmin() if lowest_is_worst else known.idxmax()
+    return [f"{known.mean():{form}}", f"{known[worst]:{form}} (slurry {worst})"]
+
+
+def verdict_section(yardsticks: Yardsticks) -> Section:
+    """Sentences on the questions that the yardsticks are there for, and all surrogates against the bars."""
+    rows = []
+    for surrogate in labels_of(yardsticks.structure_errors):
+        density = yardsticks.density_errors(surrogate)
+        in_spreads = yardsticks.rdf_in_spreads(surrogate)
+        tested, validated = density.reindex(yardsticks.test), density.reindex(yardsticks.slurries("validation"))
+        # the widest of all pairs decides
+        widest = in_spreads.reindex(yardsticks.test).max(axis=1)
+        missed = [list(values.index[values > bar]) for values, bar in _with_bars(yardsticks, tested, widest)]
+        rows.append(
+            [
+                surrogate,
+                *mean_and_worst(tested, ".2%"),
+                ", ".join(missed[0]) or "none",
+                number(validated.mean(), ".2%"),
+                *mean_and_worst(widest, ".2f"),
+                ", ".join(missed[1]) or "none",
+            ]
+        )
+    columns = ["Surrogate", "mean", "worst", "above the bar", "mean, validation", "mean", "worst", "above the bar"]
+    groups = [("", 1), ("Density error after relaxation", 4), ("Widest RDF difference (replica spreads)", 3)]
+    caption = (
+        f"Every surrogate after relaxation against the bars: a density error of {yardsticks.density_bar:.2%}, and of "
+        f"the RDF {yardsticks.rdf_bar:g} replica spreads for the pair of phases that differs most. Means over the "
+        f"test {named(yardsticks.test)}. From tables/structure_errors.csv."
+    )
+    judged_by = (
+        f"Over slurries, a tie is a mean difference within {STANDARD_ERRORS} of its standard errors, from the scatter "
+        f"over the test slurries, at least {FEWEST_TO_JUDGE}; between relaxed structures, one within {TIE_IN_SD:g} "
+        "replica sd (of an RDF: the mean difference between two replicas)."
+    )
+    return Section(
+        "What the yardsticks say",
+        [
+            Heading("What the network adds to the affine map, before relaxation"),
+            Points(skill_sentences(yardsticks)),
+            Heading("What it adds to the DEM itself, hurried on at equal cost"),
+            Points(equal_cost_sentences(yardsticks)),
+            Heading("Whether affine and relaxation do as well"),
+            Points(tie_sentences(yardsticks)),
+            Heading("Whether the best surrogate keeps to the bars"),
+            Points(bar_sentences(yardsticks)),
+            Text(judged_by),
+            Table("Table Y1", caption, columns, rows, texts=(0, 3, 7), groups=groups),
+        ],
+    )
+
+
+def _with_bars(yardsticks: Yardsticks, density: pd.Series, rdf: pd.Series) -> list[tuple[pd.Series, float]]:
+    return [(density, yardsticks.density_bar), (rdf, yardsticks.rdf_bar)]
+
+
+def skill_section(yardsticks: Yardsticks) -> Section:
+    """tables/skill.csv."""
+    rows = []
+    for surrogate, own in yardsticks.skill.groupby("surrogate", sort=False):
+        by_slurry = own.set_index("slurry")
+        tested = by_slurry.reindex(yardsticks.test)
+        validated = by_slurry.skill.reindex(yardsticks.slurries("validation"))
+        ratio = (tested.mse_um2 / tested.mse_affine_um2).mean()
+        means = [number(tested.mse_um2.mean()), number(ratio)]
+        rows.append([surrogate, *means, *mean_and_worst(tested.skill, ".2f", True), number(validated.mean(), ".2f")])
+    columns = ["Surrogate", "MSE (µm²)", "MSE / that of affine", "skill", "worst skill", "skill, validation"]
+    known = yardsticks.skill[yardsticks.skill.slurry.isin(yardsticks.test)]
+    means = known.groupby("surrogate", sort=False).skill.mean().dropna()
+    sentence = f" The highest mean is that of {means.idxmax()} ({means.max():.2f})." if len(means) else ""
+    caption = (
+        "Skill is 1 − (MSE − floor) / (MSE of affine − floor): 0 is the affine map, 1 the limit, where the floor is "
+        f"what a DEM run moved by a hair ends away from itself. Means over the test slurries.{sentence} From "
+        "tables/skill.csv."
+    )
+    figure = figure_block(yardsticks.figures, "skill", "Fig. Y1", "Skill of every surrogate on each slurry.")
+    return Section("Skill", [Table("Table Y2", caption, columns, rows), *figure])
+
+
+def noise_section(yardsticks: Yardsticks) -> Section:
+    """tables/noise.csv: a column pair a replicated slurry."""
+    noise = yardsticks.noise
+    slurries = list(dict.fromkeys(noise.slurry))
+    by_key = noise.set_index(["slurry", "quantity"])
+    rows = []
+    for quantity in dict.fromkeys(noise.quantity):
+        cells = []
+        for slurry in slurries:
+            known = (slurry, quantity) in by_key.index
+            forms = {"mean": ".4g", "sd": ".2g"}
+            cells += [
+                number(by_key.loc[(slurry, quantity), name], form) if known else "–" for name, form in forms.items()
+            ]
+        rows.append([quantity_name(quantity), *cells])
+    sentences = []
+    for slurry in slurries:
+        own = by_key.loc[slurry]
+        if "density_g_cm3" in own.index:
+            density = own.loc["density_g_cm3"]
+            sentences.append(
+                f"{density.runs:.0f} DEM runs of slurry {slurry} with other seeds ({density.particles:,.0f} "
+                f"particles) end at {density['mean']:.4f} g/cm³ with a band of ±{2 * density.sd:.4f} g/cm³ "
+                f"(±{2 * density.sd / density['mean']:.2%})."
+            )
+        if "twin_floor_um2" in own.index:
+            floor = own["mean"]["twin_floor_um2"]
+            sentences.append(f"A twin of slurry {slurry}, moved by a hair, ends {floor:.3g} µm² (MSE) away from it.")
+    columns = ["Quantity", *["mean", "sd"] * len(slurries)]
+    groups = [("", 1), *((f"Slurry {slurry}", 2) for slurry in slurries)]
+    caption = (
+        "Replicas: the same slurry, other seeds. For an RDF, the mean is the mean difference |Δg| between two "
+        "replicas, its spread. From tables/noise.csv."
+    )
+    return Section("Noise of the DEM", [Points(sentences), Table("Table Y3", caption, columns, rows, groups=groups)])
+
+
+def structure_section(yardsticks: Yardsticks) -> Section:
+    """tables/structure_errors.csv."""
+    table = deviations(yardsticks.structure_errors)
+    tested = table[table.slurry.isin(yardsticks.test)]
+    labels = main_labels(labels_of(tested))
+    blocks, count = [], 0
+    for stage in ("predicted", "relaxed"):
+        of_stage = tested[tested.stage == stage]
+        for column, words in (("deviation", "absolute"), ("in_sd", "in replica sd")):
+            means = of_stage.pivot_table(index="quantity", columns="surrogate", values=column, sort=False)
+            rows = [
+                [quantity_name(quantity), *(number(means.loc[quantity].get(name)) for name in labels)]
+                for quantity in means.index
+            ]
+            count += 1
+            caption = (
+                f"Mean |value − that of the DEM| of the {stage} structure over the test slurries, {words}. Variants, "
+                "earlier input frames and every slurry: tables/structure_errors.csv."
+            )
+            blocks.append(Table(f"Table Y4.{count}", caption, ["Quantity", *labels], rows))
+    relaxed = tested[tested.stage == "relaxed"].groupby("surrogate", sort=False).in_sd.mean().dropna()
+    sentence = ""
+    if len(relaxed):
+        sentence = (
+            f" Over all quantities, {relaxed.idxmin()} is nearest to the DEM ({relaxed.min():.2g} replica sd on "
+            f"average), {relaxed.idxmax()} farthest ({relaxed.max():.2g})."
+        )
+    caption = f"Mean deviation of relaxed structures from the DEM in replica sd, over the test slurries.{sentence}"
+    figure = figure_block(yardsticks.figures, "structure", "Fig. Y2", caption)
+    return Section("Structure", [*figure, *blocks])
+
+
+def front_section(yardsticks: Yardsticks) -> Section:
+    """tables/front.csv."""
+    tested = yardsticks.front[yardsticks.front.slurry.isin(yardsticks.test)]
+    rows = []
+    for (surrogate, frame), own in tested.groupby(["surrogate", "input_last_frame"], sort=False):
+        by_slurry = own.set_index("slurry")
+        density, rdf = mean_and_worst(by_slurry.density_error, ".2%"), mean_and_worst(by_slurry.rdf_error, ".3g")
+        rows.append([surrogate, f"{frame}", f"{by_slurry.cost_share_of_full_dem.mean():.1%}", *density, *rdf])
+    columns = ["Surrogate", "Last input frame", "Cost / full DEM", "mean", "worst", "mean", "worst"]
+    groups = [("", 3), ("Density error", 2), ("RDF error, |Δg|", 2)]
+    caption = (
+        "Structural error after relaxation and cost end to end of every surrogate and input frame, means over the test "
+        "slurries. From tables/front.csv."
+    )
+    sentence = "No test slurry has both."
+    if not tested.empty:
+        means = mean_front(tested)
+        on_front = {
+            words: listed(list(means.surrogate[non_dominated(means.cost_share_of_full_dem, means[column])]))
+            for column, words in (("density_error", "density"), ("rdf_error", "RDF"))
+        }
+        sentence = " ".join(
+            f"On the front of {words} error against cost (no other is at most as dear and better): {those}."
+            for words, those in on_front.items()
+        )
+    figure = figure_block(yardsticks.figures, "front", "Fig. Y3", f"Structural error against cost. {sentence}")
+    table = Table("Table Y5", caption, columns, rows, groups=groups)
+    return Section("Error against cost", [*figure, table] if figure else [Text(sentence), table])
+
+
+def equal_cost_section(yardsticks: Yardsticks) -> Section:
+    """tables/equal_cost.csv."""
+    tested = yardsticks.equal_cost[yardsticks.equal_cost.slurry.isin(yardsticks.test)]
+    rows = []
+    for surrogate, own in tested.groupby("surrogate", sort=False):
+        cells = [f"{own.cost_share_of_full_dem.mean():.1%}"]
+        for column in ERRORS_AT_EQUAL_COST:
+            both = own[[column, f"early_dem_{column}"]].dropna()
+            cells += [number(value) for value in (both[column].mean(), both[f"early_dem_{column}"].mean())]
+        compared = own[[f"early_dem_{column}" for column in ERRORS_AT_EQUAL_COST]].notna().any(axis=1)
+        notes = own.note.dropna().astype(str).value_counts()
+        rows.append(
+            [
+                surrogate,
+                *cells,
+                f"{compared.sum()} of {len(own)}",
+                "; ".join(f"{note} ({count})" for note, count in notes.items()),
+            ]
+        )
+    words = ("MSE (µm²)", "Density error", "RDF error, |Δg|")
+    columns = ["Surrogate", "Cost / full DEM", *["own", "early_dem"] * 3, "Slurries compared", "Why not the others"]
+    groups = [("", 2), *((word, 2) for word in words), ("", 2)]
+    caption = (
+        "Each surrogate beside the DEM itself, continued with a faster barostat and interpolated at the same cost; "
+        "means over the test slurries where both are known. From tables/equal_cost.csv."
+    )
+    table = Table("Table Y6", caption, columns, rows, texts=(0, 9), groups=groups)
+    return Section("At equal cost", [Points(equal_cost_sentences(yardsticks)), table])
+
+
+UNITS = {"um2": "µm²", "um": "µm", "us": "µs", "s": "s", "min": "min", "g_cm3": "g/cm³"}
+
+
+def heading(column: str) -> str:
+    """Name of a column in words, with its unit in brackets: "validation mse (µm²)" of `validation_mse_um2`."""
+    for ending, unit in UNITS.items():
+        if column.endswith(f"_{ending}"):
+            return f"{column.removesuffix(f'_{ending}').replace('_', ' ')} ({unit})"
+    return column.replace("_", " ")
+
+
+def plain_table(label: str, caption: str, table: pd.DataFrame) -> Table:
+    """All rows and columns of `table` as they are, numbers with three digits."""
+    texts = [place for place, column in enumerate(table) if not pd.api.types.is_numeric_dtype(table[column])]
+    rows = [
+        [cell if isinstance(cell, str) else number(cell, ",.0f" if abs(cell) >= 1000 else ".3g") for cell in row]
+        for row in table.astype(object).itertuples(index=False)
+    ]
+    return Table(label, caption, [heading(column) for column in table], rows, texts=texts)
+
+
+def payback_sentences(yardsticks: Yardsticks) -> list[str]:
+    """How the cost with each network grows, and when its training is paid back, by wall clock."""
+    scaling = yardsticks.cost_scaling[yardsticks.cost_scaling.clock == "wall_s"].set_index("surrogate")
+    sentences = []
+    for network in [name for name in yardsticks.networks if name in scaling.index]:
+        row = scaling.loc[network]
+        paid = [row.slurries_to_pay_training, row.slurries_to_pay_training_and_dem]
+        words = (
+            f"its training is paid back after {paid[0]:,.0f} slurries, with the DEM of the training slurries after "
+            f"{paid[1]:,.0f}"
+        )
+        if pd.isna(paid).any():
+            words = "its training is never paid back, or what it took is not known"
+        sentences.append(
+            f"With {network}, wall time of the hybrid goes with the number of particles to the "
+            f"{row.hybrid_exponent:.2f}, of the full DEM to the {row.dem_exponent:.2f}; {words}."
+        )
+    return sentences
+
+
+def cost_section(yardsticks: Yardsticks) -> Section:
+    """tables/cost_scaling.csv and tables/study_costs.csv."""
+    scaling, claims = yardsticks.cost_scaling, yardsticks.study_costs
+    scaling = scaling[scaling.surrogate.isin(main_labels(labels_of(scaling)))]
+    caption = (
+        "How cost grows with the number of particles (the exponent of a power law), what learning costs once, and "
+        "after how many slurries it is paid back. Variants and earlier input frames: tables/cost_scaling.csv."
+    )
+    blocks = [plain_table("Table Y7", caption, scaling)]
+    caption = (
+        "What the study says of its cost, and ours term by term, a column a surrogate; other machines and another "
+        "scale. From tables/study_costs.csv."
+    )
+    labels = main_labels(labels_of(claims))
+    terms = [column for column in ("term", "unit", "study", "study_says") if column in claims]
+    words = ["unit", "study_says"]  # both can be empty for all terms, and then are no text
+    ours = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(words, object)).fillna(dict.fromkeys(words, ""))
+    wide = ours.drop_duplicates(terms)[terms]
+    for name in labels:
+        own = ours[ours.surrogate == name]
+        wide = wide.merge(own[["term", "ours"]].rename(columns={"ours": name}), on="term", how="left")
+    return Section("Cost", [Points(payback_sentences(yardsticks)), *blocks, plain_table("Table Y8", caption, wide)])
+
+
+def ablation_section(yardsticks: Yardsticks) -> Section | None:
+    """tables/ablation.csv, where the run has one."""
+    if yardsticks.ablation is None:
+        return None
+    caption = "What each change from the published network buys."
+    scored = yardsticks.ablation.set_index("surrogate").validation_mse_um2.dropna()
+    if len(scored):
+        caption += f" The lowest MSE on the validation slurries is that of {scored.idxmin()}, {scored.min():.3g} µm²."
+    caption += " From tables/ablation.csv."
+    return Section("Ablation", [plain_table("Table Y9", caption, yardsticks.ablation)])
+
+
+def yardsticks_html(yardsticks: Yardsticks) -> str:
+    """The page as one HTML text that loads nothing from elsewhere."""
+    sections = [
+        verdict_section(yardsticks),
+        skill_section(yardsticks),
+        noise_section(yardsticks),
+        structure_section(yardsticks),
+        front_section(yardsticks),
+        equal_cost_section(yardsticks),
+        cost_section(yardsticks),
+        ablation_section(yardsticks),
+    ]
+    lead = (
+        "What surrogates are worth: beside the affine map, the DEM itself hurried on, the scatter between DEM runs, "
+        f"and the limit that the DEM sets. Means run over the test {named(yardsticks.test)}."
+    )
+    missing = np.setdiff1d(yardsticks.networks, labels_of(yardsticks.structure_errors))
+    notices = Notices(
+        "To keep in mind",
+        [f"{name} is not in tables/structure_errors.csv." for name in missing],
+        "Every sentence here is computed from the tables of the run.",
+    )
+    title = f"SlurryCast yardsticks: {yardsticks.run}"
+    return page_html(title, lead, notices, [section for section in sections if section is not None])

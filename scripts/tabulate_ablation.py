@@ -1,0 +1,117 @@
+"""Tabulate what each change from the published network to `vgg16_box` buys.
+
+In: the training set (HDF5), learning curves (CSV) and the table of skill (CSV).
+Out: a table (CSV), one row for each network and one for `affine`, which is not trained:
+    target, coordinates, box    what it is asked for, in which coordinates it sees particles, whether it sees the box
+    best_val_loss_um2           of the particles held out of the training slurries, in the true final box but for vgg16;
+                                for `affine` the same error of the same particles
+    best_epoch                  with that loss
+    validation_mse_um2, test_mse_um2, validation_skill, test_skill
+                                means over the slurries of that role in the table of skill; empty where there is none
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from slurrycast import surrogates
+from slurrycast.costs import measured_cost
+from slurrycast.dataset import TrainingSet, read_training_set
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.surrogates import vgg16, vgg16_box
+from slurrycast.tables import read_table
+
+ROLES = ("validation", "test")
+COLUMNS = (
+    *("surrogate", "target", "coordinates", "box", "best_val_loss_um2", "best_epoch"),
+    *(f"{role}_{quantity}" for quantity in ("mse_um2", "skill") for role in ROLES),
+)
+PUBLISHED = vgg16_box.Form(displacement=False, scaled=False, box=False)
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--surrogates", required=True, nargs="+", help="labels of vgg16 and vgg16_box, in rows' order")
+    parser.add_argument(
+        "--histories", required=True, nargs="+", type=Path, help="in: learning curves (CSV), one for each of them"
+    )
+    parser.add_argument("--dataset", required=True, type=Path, help="in: training set (HDF5)")
+    parser.add_argument("--skill", required=True, type=Path, help="in: tables/skill.csv")
+    parser.add_argument(
+        "--roles", required=True, type=json.loads, help="JSON: role of each slurry in the table of skill"
+    )
+    parser.add_argument("--table", required=True, type=Path, help="out: table of the ablation (CSV)")
+    parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.surrogates) != len(args.histories):
+        parser.error(f"{len(args.surrogates)} --surrogates but {len(args.histories)} --histories: one each is needed")
+    return args
+
+
+def words(form: vgg16_box.Form) -> dict[str, str]:
+    """A form as the table says it."""
+    return {
+        "target": "displacement" if form.displacement else "absolute",
+        "coordinates": "scaled" if form.scaled else "xu",
+        "box": "yes" if form.box else "no",
+    }
+
+
+def form_of(label: str) -> vgg16_box.Form:
+    """What the network of a label is fed and asked. InputError if it is none of the ablation's."""
+    parsed = surrogates.parse(label)
+    if parsed.name == vgg16_box.NAME:
+        return vgg16_box.form(parsed.settings)
+    if parsed.name != vgg16.NAME:
+        raise InputError(f"--surrogates: {label} is not part of the ablation, allowed: vgg16 and vgg16_box")
+    return PUBLISHED
+
+
+def best_epoch(path: Path) -> dict[str, float]:
+    """Lowest validation loss of learning curves and the epoch that has it; nothing if they have no rows."""
+    history = read_table(path)
+    if history.empty:
+        return {}
+    best = history.loc[history.val_loss.idxmin()]
+    return {"best_val_loss_um2": best.val_loss, "best_epoch": int(best.epoch)}
+
+
+def affine_loss_um2(training_set: TrainingSet) -> float:
+    """Mean squared error of the affine prediction in the true final box, of the validation samples."""
+    displacement_um = vgg16_box.samples(training_set, vgg16_box.form({})).targets
+    return float(np.mean(displacement_um[training_set.is_validation] ** 2))
+
+
+def held_out(skill: pd.DataFrame, label: str, roles: dict[str, str]) -> dict[str, float]:
+    """Means over the slurries of each role. InputError if the table has no row of the label."""
+    own = skill[skill.surrogate == label]
+    if own.empty:
+        raise InputError(f"tables/skill.csv: has no row of {label}")
+    if unknown := sorted(set(own.slurry) - set(roles)):
+        raise InputError(f"--roles: slurry {', '.join(unknown)} has none")
+    means = own.groupby(own.slurry.map(roles))[["mse_um2", "skill"]].mean().reindex(ROLES)
+    return {f"{role}_{quantity}": means.at[role, quantity] for quantity in means for role in ROLES}
+
+
+def main() -> None:
+    """Tabulate and write."""
+    args = parse_args()
+    with measured_cost(args.cost, "tabulate_ablation"):
+        skill = read_table(args.skill)
+        rows = [
+            {"surrogate": label} | words(form_of(label)) | best_epoch(path) | held_out(skill, label, args.roles)
+            for label, path in zip(args.surrogates, args.histories, strict=True)
+        ]
+        affine = {"target": "-", "coordinates": "scaled", "box": "yes"}
+        loss = {"best_val_loss_um2": affine_loss_um2(read_training_set(args.dataset))}
+        rows.append({"surrogate": "affine"} | affine | loss | held_out(skill, "affine", args.roles))
+        table = pd.DataFrame(rows, columns=COLUMNS).astype({"best_epoch": "Int64"})
+        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,58 @@
+"""Write yardsticks.html: what the surrogates of a run are worth, in one file that opens without a network.
+
+In: the tables of the yardsticks, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
+names: skill, structure, front.
+Out: yardsticks.html with embedded images. Units are those of the tables' column names.
+"""
+
+import argparse
+from pathlib import Path
+
+from slurrycast.files import run_main, write_text
+from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.yardstick_report import Yardsticks, yardsticks_html
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--run", required=True, help="name of the run, for the title")
+    parser.add_argument("--networks", nargs="*", default=[], help="labels to hold against affine and early_dem")
+    parser.add_argument(
+        "--density-bar", type=float, required=True, help="largest density error, as a share of the DEM's"
+    )
+    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
+    parser.add_argument("--noise", type=Path, required=True, help="in: tables/noise.csv")
+    parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
+    parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
+    parser.add_argument("--equal-cost", type=Path, required=True, help="in: tables/equal_cost.csv")
+    parser.add_argument("--cost-scaling", type=Path, required=True, help="in: tables/cost_scaling.csv")
+    parser.add_argument("--study-costs", type=Path, required=True, help="in: tables/study_costs.csv")
+    parser.add_argument("--ablation", type=Path, help="in: tables/ablation.csv, where the run has one")
+    parser.add_argument("--figures", type=Path, nargs="+", required=True, help="in: figures (PNG)")
+    parser.add_argument("--page", type=Path, required=True, help="out: yardsticks.html")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read everything and write the page."""
+    args = parse_args()
+    equilibrium = read_equilibrium(args.equilibrium)
+    tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
+    yardsticks = Yardsticks(
+        run=args.run,
+        roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
+        networks=args.networks,
+        density_bar=args.density_bar,
+        rdf_bar=args.rdf_bar,
+        **{name: read_table(getattr(args, name)) for name in tables},
+        ablation=read_table(args.ablation) if args.ablation else None,
+        figures={path.stem: path for path in args.figures},
+    )
+    write_text(args.page, yardsticks_html(yardsticks))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,115 @@
+"""The table of the ablation, of made-up curves and skills, and models that come from elsewhere."""
+
+import json
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from slurrycast.dataset import TrainingSet, write_training_set
+from slurrycast.surrogates import load
+from slurrycast.tables import read_table
+
+LABELS = ["vgg16", "vgg16_box_xu", "vgg16_box_absolute", "vgg16_box_nobox", "vgg16_box"]
+ROLES = {"V1": "validation", "V2": "validation", "1": "test", "6": "test"}
+NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+
+
+@pytest.fixture
+def run(command, tmp_path):
+    """Tabulate; the MSE of a label is 0.1 x (its row + place of the slurry), in a training set of one small slurry."""
+    rows = [
+        {"surrogate": label, "slurry": slurry, "mse_um2": 0.1 * (row + place), "mse_affine_um2": 0.5, "floor_um2": 0}
+        | {"skill": np.nan if slurry == "1" else 1 - 0.2 * (row + place)}
+        for row, label in enumerate([*LABELS, "affine"])
+        for place, slurry in enumerate(ROLES)
+    ]
+    pd.DataFrame(rows).to_csv(tmp_path / "skill.csv", index=False)
+    n, edges_um = 4, np.array([[[8.0, 8, 8], [6, 6, 6]]])
+    features = np.ones((n, 2, 6))
+    targets = np.array([[0.5, 0.5, 0.5], [0.8, 0.5, 0.5], [9, 9, 9], [9, 9, 9]])  # affine: 1 / 6 x 3 = 0.5
+    held = np.array([True, True, False, False])
+    index = np.zeros(n, dtype=int)
+    final_um = np.full((1, 3), 3.0)
+    write_training_set(
+        tmp_path / "training.h5",
+        TrainingSet(features, targets, index, ("T1",), np.arange(n), held, NAMES, (9, 10), 120, edges_um, final_um),
+        seed=1,
+    )
+
+    def start(labels=LABELS, roles=ROLES):
+        histories = []
+        for number, label in enumerate(labels):
+            histories.append(tmp_path / f"{label}.csv")
+            curve = {"epoch": [1, 2, 3], "loss": [9, 8, 7], "mae": [3, 2, 1], "val_loss": [5, 2 + number, 4 + number]}
+            pd.DataFrame(curve).assign(val_mae=1).to_csv(histories[-1], index=False)
+        paths = {"dataset": "training.h5", "skill": "skill.csv", "table": "ablation.csv", "cost": "cost.json"}
+        options = {name: tmp_path / file for name, file in paths.items()}
+        words = command("tabulate_ablation", surrogates=labels, histories=histories, roles=json.dumps(roles), **options)
+        return subprocess.run(words, capture_output=True, text=True)
+
+    return start
+
+
+def test_rows_say_what_each_network_is_and_how_good(run, tmp_path):
+    done = run()
+    assert done.returncode == 0, done.stderr
+    table = read_table(tmp_path / "ablation.csv").set_index("surrogate")
+    assert list(table.index) == [*LABELS, "affine"]
+    forms = [tuple(row) for row in table[["target", "coordinates", "box"]].to_numpy()]
+    assert forms == [
+        ("absolute", "xu", "no"),
+        ("displacement", "xu", "yes"),
+        ("absolute", "scaled", "yes"),
+        ("displacement", "scaled", "no"),
+        ("displacement", "scaled", "yes"),
+        ("-", "scaled", "yes"),
+    ]
+    # val_loss 5, 2 + number, 4 + number: the second epoch is the best until its loss is above 5
+    np.testing.assert_allclose(table.best_val_loss_um2, [2, 3, 4, 5, 5, 0.3**2 / 6])
+    assert table.best_epoch.fillna(0).tolist() == [2, 2, 2, 1, 1, 0]
+    rows = np.arange(6)
+    np.testing.assert_allclose(table.validation_mse_um2, 0.1 * (rows + 0.5))
+    np.testing.assert_allclose(table.test_mse_um2, 0.1 * (rows + 2.5))
+    np.testing.assert_allclose(table.validation_skill, 1 - 0.2 * (rows + 0.5))
+    np.testing.assert_allclose(table.test_skill, 1 - 0.2 * (rows + 3))  # of slurry 6 alone: 1 has no floor
+
+
+def test_a_role_without_slurries_is_empty(run, tmp_path):
+    assert run(roles=dict.fromkeys(ROLES, "test")).returncode == 0
+    table = read_table(tmp_path / "ablation.csv")
+    assert table.validation_mse_um2.isna().all() and table.test_mse_um2.notna().all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"labels": ["linear"]}, "linear is not part of the ablation, allowed: vgg16 and vgg16_box"),
+        ({"labels": ["vgg16_f02"]}, "has no row of vgg16_f02"),
+        ({"roles": {"V1": "validation", "1": "test"}}, "slurry 6, V2 has none"),
+    ],
+)
+def test_what_does_not_fit_is_refused_on_one_line(run, changes, message):
+    done = run(**changes)
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: ") and message in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("label", "width", "wanted"),
+    [("vgg16", 6, 6), ("vgg16_box", 9, 9), ("vgg16_box_nobox", 6, 6), ("vgg16_box_xu", 6, 9), ("vgg16", 9, 6)],
+)
+def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(command, tmp_path, label, width, wanted, monkeypatch):
+    vgg16 = load("vgg16")
+    monkeypatch.setattr(vgg16, "BLOCKS", ((4,),))
+    monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
+    vgg16.build(4, width).save(tmp_path / "trained.keras")
+    options = {name: tmp_path / file for name, file in (("trained", "trained.keras"), ("model", "out.keras"))}
+    options |= {"history": tmp_path / "out.csv", "cost": tmp_path / "cost.json", "input_frames": [7, 8, 9, 10]}
+    done = subprocess.run(command("adopt_model", surrogate=label, **options), capture_output=True, text=True)
+    if width == wanted:
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / "out.keras").read_bytes() == (tmp_path / "trained.keras").read_bytes()
+    else:
+        assert f"takes 4 frames of {width} features, {label} needs 4 of {wanted}" in done.stderr

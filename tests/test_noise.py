@@ -1,0 +1,119 @@
+"""Noise of the DEM and skill: closed forms."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.files import InputError
+from slurrycast.noise import (
+    COLUMNS,
+    Noise,
+    mean_and_sd,
+    rdf_difference,
+    rdf_spread,
+    read_noise,
+    replicated_slurry,
+    skill,
+)
+
+TABLE = pd.DataFrame(
+    [
+        ("6", 1000, "density_g_cm3", 5, 2.25, 0.004),
+        ("6", 1000, "rdf_all", 5, 0.06, 0.001),
+        ("6", 1000, "twin_floor_um2", 1, 0.003, np.nan),
+        ("2", 4000, "density_g_cm3", 5, 2.26, 0.001),
+        ("2", 4000, "rdf_all", 5, 0.02, 0.002),
+        ("2", 4000, "twin_floor_um2", 1, 0.007, np.nan),
+    ],
+    columns=COLUMNS,
+)
+
+
+def curve(g: list[float], width_um: float = 0.5) -> pd.DataFrame:
+    """Curve with equal bins from 0."""
+    return pd.DataFrame({"r_um": width_um * (np.arange(len(g)) + 0.5), "g": g})
+
+
+@pytest.mark.parametrize(("replica", "slurry"), [("6_r1", "6"), ("V2_r12", "V2"), ("a_r1_r2", "a_r1")])
+def test_replicas_have_the_name_of_their_slurry(replica, slurry):
+    assert replicated_slurry(replica) == slurry
+
+
+@pytest.mark.parametrize("name", ["6", "6_r", "_r1", "6_r1b", "r1"])
+def test_other_slurries_are_no_replicas(name):
+    with pytest.raises(InputError, match=f"slurry {name}: not a replica"):
+        replicated_slurry(name)
+
+
+def test_spread_of_replicas():
+    mean, sd = mean_and_sd([2.0, 4, 4, 4, 5, 5, 7, 9])
+    assert (mean, sd) == (5, pytest.approx(np.sqrt(32 / 7)))
+    assert np.isnan(mean_and_sd([3.0])[1])
+
+
+def test_rdf_spread_is_that_of_all_pairs_over_the_common_range():
+    # Constant curves 0, 1 and 3 differ by 1, 3 and 2; the fourth bin of the last one has no counterpart.
+    curves = [curve([0, 0, 0]), curve([1, 1, 1]), curve([3, 3, 3, 99])]
+    assert rdf_spread(curves) == (2, 1)
+    assert rdf_difference(curves[0], curves[2]) == 3
+    assert rdf_difference(curve([0, 1, 2]), curve([1, 1, 1, 7])) == pytest.approx(2 / 3)
+
+
+@pytest.mark.parametrize("other", [curve([0, 1], width_um=0.4), curve([])])
+def test_bins_of_other_widths_are_refused(other):
+    with pytest.raises(InputError, match="bins of different width"):
+        rdf_difference(curve([0, 1]), other)
+
+
+def test_spread_of_replicas_falls_with_the_square_root_of_their_number():
+    rng = np.random.default_rng(2)
+    sds = [np.mean([mean_and_sd(rng.normal(size=(5, n)).mean(axis=1))[1] for _ in range(2000)]) for n in (25, 100)]
+    noise = Noise(Path("noise.csv"), pd.DataFrame([("a", 25, "q", 5, 0, sds[0])], columns=COLUMNS))
+    assert noise.spread("q", 100) == pytest.approx(sds[1], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("particles", "sd", "rdf", "floor_um2"),
+    [
+        (1000, 0.004, 0.06, 0.003),
+        (250, 0.008, 0.12, 0.003),
+        (1960, 0.004 * (1000 / 1960) ** 0.5, 0.06 * (1000 / 1960) ** 0.5, 0.003),  # below 2000, the middle in log
+        (2040, 0.001 * (4000 / 2040) ** 0.5, 0.02 * (4000 / 2040) ** 0.5, 0.007),
+        (4000, 0.001, 0.02, 0.007),
+        (16000, 0.0005, 0.01, 0.007),
+    ],
+)
+def test_other_sizes_are_scaled_from_the_nearer_slurry(particles, sd, rdf, floor_um2):
+    noise = Noise(Path("noise.csv"), TABLE)
+    assert noise.spread("density_g_cm3", particles) == pytest.approx(sd)
+    assert noise.spread("rdf_all", particles) == pytest.approx(rdf)
+    assert noise.floor_um2(particles) == floor_um2
+
+
+def test_a_quantity_without_noise_is_named(tmp_path):
+    (tmp_path / "noise.csv").write_text(TABLE[:2].to_csv(index=False))
+    noise = read_noise(tmp_path / "noise.csv")
+    assert noise.spread("rdf_all", 1000) == 0.06
+    with pytest.raises(InputError, match=r"noise\.csv: no twin_floor_um2"):
+        noise.floor_um2(1000)
+    (tmp_path / "noise.csv").write_text(TABLE.drop(columns="sd").to_csv(index=False))
+    with pytest.raises(InputError, match=r"noise\.csv: no column sd"):
+        read_noise(tmp_path / "noise.csv")
+
+
+@given(st.floats(1e-3, 10), st.floats(1e-3, 10), st.floats(1e-3, 10))
+def test_skill_is_linear_between_affine_and_floor(floor_um2, to_win_um2, share):
+    affine_um2 = floor_um2 + to_win_um2
+    assert skill(affine_um2, affine_um2, floor_um2) == 0
+    assert skill(floor_um2, affine_um2, floor_um2) == 1
+    mse_um2 = floor_um2 + share * to_win_um2
+    assert skill(mse_um2, affine_um2, floor_um2) == pytest.approx(1 - share, rel=1e-6, abs=1e-6)
+
+
+def test_no_skill_is_defined_where_affine_is_at_the_limit():
+    assert np.isnan(skill(0.1, 0.2, 0.2))
+    assert np.isnan(skill(0.1, 0.2, 0.3))

@@ -1,0 +1,294 @@
+"""The page of the yardsticks from small tables: verdicts in every direction, and a file that loads nothing."""
+
+import re
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imsave
+
+import write_yardsticks
+from slurrycast.verdicts import deviations, quantity_name
+from slurrycast.yardstick_report import (
+    Yardsticks,
+    bar_sentences,
+    equal_cost_sentences,
+    heading,
+    main_labels,
+    payback_sentences,
+    plain_table,
+    skill_sentences,
+    tie_sentences,
+    yardsticks_html,
+)
+
+TEST, VALIDATION = ["1", "2", "3", "6"], ["V1"]
+WOBBLE = {"1": 0.9, "2": 1.1, "3": 0.95, "6": 1.05, "V1": 1.0}
+QUANTITIES = {"density_g_cm3": (2.24, 0.005), "coordination_all": (6.5, 0.05), "overlap_mean": (0.01, 0.001)}
+SPREADS = {"rdf_all": 0.02, "rdf_NiO-8YSZ": 0.05}
+
+
+def structure_rows(surrogate: str, in_sd: float, slurries: list[str] | None = None) -> list[tuple]:
+    """Relaxed structures that are `in_sd` replica sd from the DEM, give or take, and predicted ones five times that."""
+    rows = []
+    for slurry in slurries or [*TEST, *VALIDATION]:
+        for stage, factor in (("predicted", 5.0), ("relaxed", 1.0)):
+            off = in_sd * factor * WOBBLE[slurry]
+            rows += [(surrogate, slurry, stage, name, m + off * sd, m, sd) for name, (m, sd) in QUANTITIES.items()]
+            rows += [(surrogate, slurry, stage, name, off * spread, 0.0, spread) for name, spread in SPREADS.items()]
+    return rows
+
+
+def structure_table(in_sd: dict[str, float]) -> pd.DataFrame:
+    rows = [row for surrogate, own in in_sd.items() for row in structure_rows(surrogate, own)]
+    return pd.DataFrame(rows, columns=["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"])
+
+
+def skill_table(skills: dict[str, float]) -> pd.DataFrame:
+    rows = []
+    for surrogate, skill in skills.items():
+        for slurry, wobble in WOBBLE.items():
+            own = 0.0 if surrogate == "affine" else skill + 0.1 * (wobble - 1)
+            rows.append((surrogate, slurry, 0.1 - own * 0.0965, 0.1, 0.0035, own))
+    return pd.DataFrame(rows, columns=["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"])
+
+
+def equal_cost_table(ratio: float, slurries: list[str]) -> pd.DataFrame:
+    """Errors of `net` as multiples of those of early_dem, which is known on `slurries` only."""
+    rows = []
+    for slurry in TEST:
+        known = slurry in slurries
+        theirs = (0.08, 0.003, 0.02) if known else (np.nan,) * 3
+        ours = [value * ratio * WOBBLE[slurry] for value in (0.08, 0.003, 0.02)]
+        pairs = [value for pair in zip(ours, theirs, strict=True) for value in pair]
+        rows.append(("net", slurry, 0.2, *pairs, np.nan if known else "cheaper than every early_dem"))
+    errors = ("mse_um2", "density_error", "rdf_error")
+    names = [column for name in errors for column in (name, f"early_dem_{name}")]
+    return pd.DataFrame(rows, columns=["surrogate", "slurry", "cost_share_of_full_dem", *names, "note"])
+
+
+@pytest.fixture
+def yardsticks(tmp_path) -> Yardsticks:
+    """A run in which everything but persistence and affine_f02 is about as good."""
+    in_sd = {"persistence": 4.0, "affine": 1.0, "net": 0.9, "affine_f02": 1.5, "early_dem_x2": 0.5}
+    noise = [
+        (slurry, particles, name, 5, mean, sd)
+        for slurry, particles in (("2", 600), ("6", 3001))
+        for name, (mean, sd) in QUANTITIES.items()
+    ]
+    noise += [("2", 600, "rdf_all", 5, 0.02, 0.004), ("2", 600, "twin_floor_um2", 1, 0.0035, np.nan)]
+    front = [
+        (name, 2 if name.endswith("_f02") else 10, slurry, cost, 0.002 * in_sd[name], 0.02 * in_sd[name])
+        for name, cost in (("persistence", 0.2), ("affine", 0.2), ("net", 0.3), ("affine_f02", 0.1))
+        for slurry in WOBBLE
+    ]
+    scaling = {"slurries": 7, "hybrid_exponent": 0.5, "dem_exponent": 1.1, "training_s": 360.0}
+    pays = {"saved_s_per_slurry": 20.0, "slurries_to_pay_training": 18.0, "slurries_to_pay_training_and_dem": 31.0}
+    figures = {}
+    for stem in ("skill", "structure", "front"):
+        figures[stem] = tmp_path / f"{stem}.png"
+        imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
+    return Yardsticks(
+        run="unit",
+        roles=dict.fromkeys(TEST, "test") | dict.fromkeys(VALIDATION, "validation") | {"T1": "train"},
+        networks=["net"],
+        density_bar=0.01,
+        rdf_bar=2.0,
+        skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
+        noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
+        structure_errors=structure_table(in_sd),
+        front=pd.DataFrame(
+            front,
+            columns=[
+                *("surrogate", "input_last_frame", "slurry"),
+                *("cost_share_of_full_dem", "density_error", "rdf_error"),
+            ],
+        ),
+        equal_cost=equal_cost_table(1.0, TEST),
+        cost_scaling=pd.DataFrame(
+            [{"surrogate": "net", "clock": clock} | scaling | pays for clock in ("wall_s", "cpu_s")]
+        ),
+        study_costs=pd.DataFrame(
+            [
+                ("net", 7, "full DEM", "min", 1230.0, np.nan, 0.48),
+                ("affine", 7, "full DEM", "min", 1230.0, np.nan, 0.47),
+            ],
+            columns=["surrogate", "slurries", "term", "unit", "study", "study_says", "ours"],
+        ),
+        ablation=None,
+        figures=figures,
+    )
+
+
+@pytest.mark.parametrize(
+    ("skill", "words"),
+    [
+        (0.3, "it adds to the affine map"),
+        (0.0, "it ties the affine map"),
+        (-0.3, "it is worse than the affine map"),
+    ],
+)
+def test_skill_over_affine(yardsticks, skill, words):
+    (sentence,) = skill_sentences(replace(yardsticks, skill=skill_table({"affine": 0.0, "net": skill})))
+    assert words in sentence
+    assert f"mean skill of {skill:.2f} over the test slurries" in sentence
+
+
+def test_without_a_floor_there_is_no_skill(yardsticks):
+    table = skill_table({"net": 0.3}).assign(skill=np.nan)
+    assert skill_sentences(replace(yardsticks, skill=table)) == ["net: no test slurry has a skill."]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [
+        (0.5, "better in coordinates, density and RDF"),
+        (1.0, "a tie in coordinates, density and RDF"),
+        (2.0, "worse in coordinates, density and RDF"),
+    ],
+)
+def test_early_dem_at_equal_cost(yardsticks, ratio, words):
+    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(ratio, TEST)))
+    assert f"on 4 of 4 test slurries: {words}" in sentence
+
+
+def test_a_surrogate_that_is_cheaper_than_every_early_dem_is_not_compared(yardsticks):
+    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, [])))
+    assert sentence == (
+        "net cannot be compared with early_dem at equal cost on any test slurry: cheaper than every early_dem."
+    )
+    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, ["1", "2"])))
+    assert "on 2 of 4 test slurries: too few slurries to judge in coordinates, density and RDF" in sentence
+
+
+@pytest.mark.parametrize(
+    ("network", "affine", "words"),
+    [
+        (0.6, 1.5, "After relaxation affine ties net "),
+        (0.6, 1.7, "After relaxation net is not tied by affine: better in density, RDF, contacts and overlap"),
+        (2.5, 0.5, "After relaxation net adds nothing to affine, and is worse in density, RDF, contacts and overlap"),
+    ],
+)
+def test_affine_and_relaxation_against_the_network(yardsticks, network, affine, words):
+    structure_errors = structure_table({"affine": affine, "net": network})
+    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=structure_errors))
+    assert sentence.startswith(words)
+    assert f"density {network:.2g} and {affine:.2g}" in sentence
+
+
+def test_without_replicas_nothing_is_in_their_units(yardsticks):
+    unknown = replace(yardsticks, structure_errors=yardsticks.structure_errors.assign(replica_sd=np.nan))
+    (sentence,) = tie_sentences(unknown)
+    assert "cannot be compared" in sentence
+    assert "no test slurry to judge it on" in bar_sentences(unknown)[2]
+    assert "cannot be compared" in yardsticks_html(unknown)
+
+
+def test_bars_are_met_by_the_best_of_the_validation_slurries(yardsticks):
+    sentences = bar_sentences(yardsticks)
+    assert sentences[0] == (
+        "early_dem_x2 has the lowest mean density error after relaxation on the validation slurries, of all surrogates."
+    )
+    assert sentences[3].startswith("net has the lowest mean density error")
+    worst = 0.9 * 1.1 * 0.005 / 2.24
+    assert sentences[4] == (
+        f"Density error of net, at most 1.00% wanted: met on all 4 test slurries, at most {worst:.2%} (slurry 2)."
+    )
+    assert "met for all pairs on all 4 test slurries, at most 0.99" in sentences[5]
+
+
+def test_missed_bars_are_named(yardsticks):
+    rows = structure_table({"net": 1.0})
+    density = (rows.slurry == "6") & (rows.quantity == "density_g_cm3") & (rows.stage == "relaxed")
+    rdf = (rows.slurry == "2") & (rows.quantity == "rdf_NiO-8YSZ") & (rows.stage == "relaxed")
+    rows.loc[density, "value"] = 2.24 * 0.97
+    rows.loc[rdf, "value"] = 0.05 * 3.21
+    sentences = bar_sentences(replace(yardsticks, structure_errors=rows))
+    assert len(sentences) == 3  # no early_dem: one choice
+    assert "met on 3 of 4 test slurries, missed on slurry 6 (3.00%)" in sentences[1]
+    assert "met in 7 of 8 cases (pair and test slurry), missed for NiO-8YSZ on slurry 2 (3.21)" in sentences[2]
+
+
+def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(yardsticks):
+    roles = dict.fromkeys(TEST, "test")
+    assert "on the test slurries, of all" in bar_sentences(replace(yardsticks, roles=roles))[0]
+
+
+def test_payback(yardsticks):
+    (sentence,) = payback_sentences(yardsticks)
+    assert "to the 0.50, of the full DEM to the 1.10; its training is paid back after 18 slurries" in sentence
+    never = yardsticks.cost_scaling.assign(slurries_to_pay_training=np.nan)
+    assert "never paid back" in payback_sentences(replace(yardsticks, cost_scaling=never))[0]
+
+
+def test_deviations():
+    table = pd.DataFrame({"value": [1.0, 1.0, 1.0], "dem_value": [1.5, 1.5, 0.0], "replica_sd": [0.25, 0.0, np.nan]})
+    found = deviations(table)
+    assert found.deviation.tolist() == [0.5, 0.5, 1.0]
+    assert found.in_sd[0] == 2.0
+    assert found.in_sd[1:].isna().all()
+
+
+def test_words():
+    assert quantity_name("rdf_NiO-8YSZ") == "RDF, NiO-8YSZ"
+    assert quantity_name("coordination_all") == "coordination, all particles"
+    assert heading("validation_mse_um2") == "validation mse (µm²)"
+    assert heading("slurries") == "slurries"
+    table = plain_table("T", "", pd.DataFrame({"surrogate": ["a"], "training_s": [1234.5], "share": [0.12345]}))
+    assert table.rows == [["a", "1,234", "0.123"]]
+    assert table.columns == ["surrogate", "training (s)", "share"]
+
+
+def test_main_labels_leave_out_variants_and_earlier_frames():
+    labels = ["affine", "affine_f02", "vgg16_box", "vgg16_box_absolute", "early_dem_x2", "early_dem_x2_f02", "net"]
+    assert main_labels(labels) == ["affine", "vgg16_box", "early_dem_x2", "net"]
+
+
+class Addresses(HTMLParser):
+    """Collects what a page refers to, and its pictures."""
+
+    def __init__(self):
+        super().__init__()
+        self.found, self.images = [], 0
+
+    def handle_starttag(self, tag, attrs):
+        self.images += tag == "img"
+        self.found += [value for name, value in attrs if name in ("src", "href", "srcset", "data")]
+
+
+def test_page_from_files(tmp_path, yardsticks, monkeypatch):
+    tables = {
+        name: getattr(yardsticks, name)
+        for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
+    }
+    roles = pd.Series(yardsticks.roles, name="role").rename_axis("slurry").reset_index()
+    tables["equilibrium"] = roles.assign(warning="")
+    ablation = {"surrogate": ["affine", "net"], "target": [None, "absolute"], "validation_mse_um2": [0.1, 0.0987]}
+    tables["ablation"] = pd.DataFrame(ablation)
+    words = ["write_yardsticks", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
+    for name, table in tables.items():
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+        words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
+    page = tmp_path / "yardsticks.html"
+    words += ["--figures", *map(str, yardsticks.figures.values()), "--page", str(page)]
+    monkeypatch.setattr(sys, "argv", words)
+    write_yardsticks.main()
+    html = page.read_text(encoding="utf-8")
+    addresses = Addresses()
+    addresses.feed(html)
+    assert addresses.images == 3
+    assert all(address.startswith(("#", "data:image/")) for address in addresses.found)
+    text = " ".join(re.sub(r"<[^>]+>", " ", html).split())
+    for expected in (
+        "After relaxation affine ties net",
+        "affine_f02",
+        "The lowest MSE on the validation slurries is that of net, 0.0987 µm²",
+        "A twin of slurry 2, moved by a hair, ends 0.0035 µm² (MSE) away from it",
+        "On the front of density error against cost (no other is at most as dear and better): affine_f02, affine and",
+        "1,230",
+        "paid back after 18 slurries",
+    ):
+        assert expected in text, expected

@@ -1,0 +1,233 @@
+"""Noise, skill and structural errors: the scripts run on small made-up results."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from slurrycast.costs import read_cost
+from slurrycast.frames import Frame, Particles, write_frames
+from slurrycast.tables import read_table
+
+EDGES_UM = np.array([6.0, 6.0, 12.0])
+
+
+@pytest.fixture
+def run(root, tmp_path):
+    """Run a script for its table, with --cost added; return the finished process and the path of the table."""
+
+    def start(script: str, *arguments: object) -> tuple[subprocess.CompletedProcess, Path]:
+        out = tmp_path / "tables" / f"{script}.csv"
+        words = [sys.executable, root / "scripts" / f"{script}.py", *arguments, "--table", out]
+        words += ["--cost", tmp_path / "cost.json"]
+        return subprocess.run([str(part) for part in words], capture_output=True, text=True, timeout=120), out
+
+    return start
+
+
+def table(result: tuple[subprocess.CompletedProcess, Path]) -> pd.DataFrame:
+    """The table that a successful run wrote."""
+    process, out = result
+    assert process.returncode == 0, process.stderr
+    return read_table(out)
+
+
+def error(result: tuple[subprocess.CompletedProcess, Path]) -> str:
+    """What a run with bad input said."""
+    process, out = result
+    assert process.returncode == 1
+    assert not out.exists()
+    return process.stderr
+
+
+def structure_files(
+    folder: Path, surrogate: str, slurry: str, stages: dict[str, tuple[float, float, int]], particles: int = 1000
+) -> list[Path]:
+    """Tables of a density and a constant g for each stage: (density, g, number of bins)."""
+    structure, curves = [], []
+    for stage, (density, g, bins) in stages.items():
+        names = {"surrogate": surrogate, "slurry": slurry, "stage": stage}
+        structure += [names | {"quantity": "particles", "value": particles}]
+        structure += [names | {"quantity": "density_g_cm3", "value": density}]
+        curves += [names | {"pair": "all", "r_um": 0.1 * (k + 0.5), "g": g} for k in range(bins)]
+    paths = [folder / f"{surrogate}_{slurry}{suffix}.csv" for suffix in ("", "_rdf")]
+    for path, rows in zip(paths, (structure, curves), strict=True):
+        pd.DataFrame(rows).to_csv(path, index=False)
+    return paths
+
+
+def write_store(path: Path, slurry: str, frame: int, shift_um: float, particles: int = 90, surrogate: str = "") -> Path:
+    """One frame of random places, every other particle moved by +-shift_um along x."""
+    phase = np.ones(particles, dtype=int)
+    ids = np.arange(1, particles + 1)
+    what = Particles(ids, phase, phase, phase, np.full(particles, 0.4), np.full(particles, 2.0), ("NiO",))
+    position_um = np.random.default_rng(int(slurry)).uniform(-0.5, 0.5, (particles, 3)) * EDGES_UM
+    position_um[:, 0] += shift_um * (-1) ** ids
+    structure = Frame(
+        frame, 1, 1.0, position_um, position_um / EDGES_UM + 0.5, np.zeros(particles), -EDGES_UM / 2, EDGES_UM
+    )
+    write_frames(path, what, [structure], {"slurry": slurry} | ({"surrogate": surrogate} if surrogate else {}))
+    return path
+
+
+@pytest.fixture
+def noise(tmp_path) -> Path:
+    """Noise of slurries of 90 and 1000 particles."""
+    path = tmp_path / "noise.csv"
+    path.write_text(
+        "slurry,particles,quantity,runs,mean,sd\n"
+        "6,90,density_g_cm3,5,2.25,0.01\n6,90,rdf_all,5,0.3,0.1\n6,90,twin_floor_um2,1,0.003,\n"
+        "2,1000,density_g_cm3,5,2.25,0.002\n2,1000,rdf_all,5,0.04,0.1\n2,1000,twin_floor_um2,1,0.03,\n"
+    )
+    return path
+
+
+def test_noise_of_replicas_and_twins(run, tmp_path):
+    replicas = [
+        structure_files(tmp_path, "-", f"{slurry}_r{k}", {"target": (density, g, bins)}, particles)
+        for slurry, particles in (("6", 90), ("2", 1000))
+        for k, (density, g, bins) in enumerate([(2.2, 0, 5), (2.3, 1, 4), (2.1, 3, 5)], 1)
+    ]
+    frames = [write_store(tmp_path / f"{slurry}.h5", slurry, 120, 0) for slurry in "62"]
+    twins = [write_store(tmp_path / f"{slurry}_twin.h5", slurry, 120, 0.3) for slurry in "62"]
+    structure, curves = zip(*replicas, strict=True)
+    rows = table(
+        run(
+            "measure_noise",
+            *("--structure", *structure, "--rdf", *curves[::-1]),
+            *("--twins", *twins, "--frames", *frames, "--target-frame", 120),
+        )
+    )
+    assert list(rows.columns) == ["slurry", "particles", "quantity", "runs", "mean", "sd"]
+    assert list(rows.slurry) == ["6", "6", "2", "2", "6", "2"]
+    assert list(rows.particles) == [90, 90, 1000, 1000, 90, 90]
+    assert list(rows.quantity) == ["density_g_cm3", "rdf_all"] * 2 + ["twin_floor_um2"] * 2
+    assert list(rows.runs) == [3, 3, 3, 3, 1, 1]
+    # Curves 0, 1, 3 differ by 1, 3 and 2. Moved by 0.3 um along one of three axes: 0.3^2 / 3.
+    np.testing.assert_allclose(rows["mean"], [2.2, 2, 2.2, 2, 0.03, 0.03])
+    np.testing.assert_allclose(rows.sd, [0.1, 1, 0.1, 1, np.nan, np.nan])
+    assert read_cost(tmp_path / "cost.json").stage == "measure_noise"
+
+
+def test_noise_needs_two_replicas_of_one_size(run, tmp_path):
+    store = write_store(tmp_path / "6.h5", "6", 120, 0)
+    twin = ["--twins", store, "--frames", store, "--target-frame", 120]
+    one = structure_files(tmp_path, "-", "6_r1", {"target": (2.2, 1, 5)})
+    other = structure_files(tmp_path, "-", "6_r2", {"target": (2.2, 1, 5)}, particles=999)
+    none = structure_files(tmp_path, "-", "6", {"target": (2.2, 1, 5)})
+    needed = "needed are two or more of the same size\n"
+    assert error(run("measure_noise", "--structure", one[0], "--rdf", one[1], *twin)) == (
+        f"error: slurry 6: replicas of 1000 particles, {needed}"
+    )
+    assert error(run("measure_noise", "--structure", one[0], other[0], "--rdf", one[1], other[1], *twin)) == (
+        f"error: slurry 6: replicas of 1000, 999 particles, {needed}"
+    )
+    assert error(run("measure_noise", "--structure", none[0], "--rdf", none[1], *twin)) == (
+        "error: slurry 6: not a replica, their ids are <slurry>_r<number>\n"
+    )
+
+
+@pytest.fixture
+def predictions(tmp_path):
+    """Write predictions that are off by these shifts, and the DEM of their slurry; return the arguments for both."""
+
+    def write(shifts_um: dict[tuple[str, str], float]) -> list:
+        predicted, frames = [], []
+        for (surrogate, slurry), shift_um in shifts_um.items():
+            path = tmp_path / f"{surrogate}_{slurry}.h5"
+            predicted.append(write_store(path, slurry, 120, shift_um, surrogate=surrogate))
+            frames.append(write_store(tmp_path / f"{slurry}.h5", slurry, 120, 0))
+        return ["--predicted", *predicted, "--frames", *frames, "--target-frame", 120]
+
+    return write
+
+
+def test_skill(run, predictions, noise, tmp_path):
+    # MSE is shift^2 / 3, the floor of the nearest slurry 0.003 um2.
+    shifts_um = {("vgg16", "1"): 0.0, ("affine", "1"): 0.3, ("affine_f02", "1"): 0.6, ("exact", "1"): np.sqrt(0.009)}
+    shifts_um |= {("affine", "2"): 0.09, ("vgg16", "2"): 0.3}
+    rows = table(run("compute_skill", *predictions(shifts_um), "--noise", noise))
+    assert list(rows.columns) == ["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"]
+    assert list(zip(rows.surrogate, rows.slurry, strict=True)) == list(shifts_um)
+    np.testing.assert_allclose(rows.mse_um2, [0, 0.03, 0.12, 0.003, 0.0027, 0.03], atol=1e-12)
+    np.testing.assert_allclose(rows.mse_affine_um2, [0.03, 0.03, 0.03, 0.03, 0.0027, 0.0027])
+    np.testing.assert_allclose(rows.floor_um2, 0.003)
+    # Affine is nearer than the floor for slurry 2: no skill is defined there.
+    np.testing.assert_allclose(rows.skill, [0.03 / 0.027, 0, -0.117 / 0.027 + 1, 1, np.nan, np.nan], atol=1e-8)
+    assert read_cost(tmp_path / "cost.json").stage == "compute_skill"
+
+
+def test_skill_needs_the_affine_prediction_of_every_slurry(run, predictions, noise):
+    arguments = predictions({("affine", "1"): 0.3, ("vgg16", "1"): 0.3, ("vgg16", "2"): 0.3})
+    assert error(run("compute_skill", *arguments, "--noise", noise)) == (
+        "error: --predicted: no affine of slurry 2, which skill is measured against\n"
+    )
+
+
+def test_skill_of_another_slurry_is_refused(run, predictions, noise, tmp_path):
+    arguments = predictions({("affine", "1"): 0.3, ("affine", "2"): 0.3})
+    a, b = (tmp_path / f"{slurry}.h5" for slurry in "12")
+    swapped = [*arguments[: arguments.index(a)], b, a, "--target-frame", 120]
+    assert error(run("compute_skill", *swapped, "--noise", noise)) == (
+        f"error: {tmp_path / 'affine_1.h5'}: slurry 1, not the particles of {b}\n"
+    )
+
+
+def test_structural_errors(run, noise, tmp_path):
+    # 360 particles are nearer to 1000 than to 90 in the logarithm; bins beyond the common range do not count.
+    dem = [structure_files(tmp_path, "-", s, {"target": (2.25, 1.0, 6)}, n) for s, n in (("1", 90), ("3", 360))]
+    stages = {"predicted": (2.0, 0.5, 4), "relaxed": (2.24, 1.25, 8)}
+    files = [structure_files(tmp_path, "vgg16", s, stages, n) for s, n in (("3", 360), ("1", 90))]
+    arguments = [
+        *("--structure", *(paths[0] for paths in files), "--rdf", *(paths[1] for paths in files)),
+        *("--dem-structure", *(paths[0] for paths in dem), "--dem-rdf", *(paths[1] for paths in dem)),
+    ]
+    rows = table(run("compare_structure", *arguments, "--noise", noise))
+    assert list(rows.columns) == ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"]
+    assert set(rows.surrogate) == {"vgg16"}
+    assert list(rows.slurry) == ["3"] * 4 + ["1"] * 4
+    assert list(rows.stage) == ["predicted", "predicted", "relaxed", "relaxed"] * 2
+    assert list(rows.quantity) == ["density_g_cm3", "rdf_all"] * 4
+    np.testing.assert_allclose(rows.value, [2.0, 0.5, 2.24, 0.25] * 2)
+    np.testing.assert_allclose(rows.dem_value, [2.25, 0] * 4)
+    larger = np.sqrt(1000 / 360)
+    np.testing.assert_allclose(rows.replica_sd, [0.002 * larger, 0.04 * larger] * 2 + [0.01, 0.3] * 2, rtol=1e-8)
+    assert read_cost(tmp_path / "cost.json").stage == "compare_structure"
+
+
+def test_structural_errors_need_the_dem_and_matching_files(run, noise, tmp_path):
+    dem = structure_files(tmp_path, "-", "1", {"target": (2.25, 1.0, 6)})
+    one, two = (structure_files(tmp_path, "vgg16", slurry, {"relaxed": (2.0, 0.5, 4)}) for slurry in "12")
+    of_dem = ["--dem-structure", dem[0], "--dem-rdf", dem[1], "--noise", noise]
+    assert error(run("compare_structure", "--structure", two[0], "--rdf", two[1], *of_dem)) == (
+        "error: slurry 2: no density_g_cm3 of the DEM to compare with\n"
+    )
+    assert error(run("compare_structure", "--structure", one[0], "--rdf", two[1], *of_dem)) == (
+        f"error: {two[1]}: not the curves of the structures in {one[0]}\n"
+    )
+
+
+def test_without_held_out_slurries_the_tables_are_empty(run, noise):
+    assert table(run("compare_structure", "--noise", noise)).empty
+    assert table(run("compute_skill", "--noise", noise, "--target-frame", 120)).empty
+
+
+@pytest.mark.parametrize(
+    ("script", "arguments", "message"),
+    [
+        ("compute_skill", ["--predicted", "a", "--target-frame", 1, "--noise", "n"], "1 --predicted but 0 --frames"),
+        ("compare_structure", ["--structure", "a", "--noise", "n"], "1 --structure but 0 --rdf"),
+        (
+            "measure_noise",
+            ["--structure", "a", "--rdf", "b", "--twins", "a", "b", "--frames", "a", "--target-frame", 1],
+            "2 --twins but 1 --frames",
+        ),
+    ],
+)
+def test_lists_that_do_not_match_are_refused(run, script, arguments, message):
+    process, _ = run(script, *arguments)
+    assert process.returncode == 2
+    assert message in process.stderr
