@@ -1,0 +1,91 @@
+"""Plot what the timestep changes in the end of a DEM run and what it costs, and density against the size of a slurry.
+
+In: both tables of compare_timesteps.py, and tables/equilibrium.csv for the slurries of all sizes.
+Out: PNG; points are runs with different seeds, the line their mean at each timestep; the band of the density is what
+--max-density-difference accepts.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+
+from slurrycast.figures import DEM, FAINT, RELAXED, new_figure, save_figure
+from slurrycast.files import run_main
+from slurrycast.tables import read_equilibrium, read_table
+
+PANELS = {
+    "density_g_cm3": ("Density", "Density (g/cm³)", 1),
+    "coordination_all": ("Contacts", "Mean contacts of a particle", 1),
+    "overlap_mean": ("Overlap", "Mean overlap (% of Rᵢ + Rⱼ)", 100),
+    "rdf_difference": ("RDF", "Mean |g − g at the smallest|", 1),
+    "cpu_s": ("Cost", "LAMMPS (CPU s)", 1),
+}
+PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
+
+
+def draw_panel(axes: Axes, runs: pd.DataFrame, summary: pd.DataFrame, quantity: str) -> None:
+    """Draw one quantity against the timestep."""
+    title, label, factor = PANELS[quantity]
+    mean = factor * summary[f"{quantity}_mean"]
+    axes.plot(1e3 * summary.timestep_us, mean, "-_", color=DEM, ms=12, mew=2, lw=1, label="mean of the seeds")
+    axes.plot(1e3 * runs.timestep_us, factor * runs[quantity], "o", mfc="none", mec=RELAXED, ms=5, label="one run")
+    axes.set(title=title, ylabel=label, xscale="log", xlabel="Timestep (ns)")
+    axes.xaxis.set_major_locator(FixedLocator(1e3 * summary.timestep_us))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(PLAIN)
+    axes.margins(x=0.1, y=0.12)
+
+
+def draw_timesteps(
+    runs: pd.DataFrame, summary: pd.DataFrame, equilibrium: pd.DataFrame, max_density_difference: float
+) -> Figure:
+    """Draw the quantities against the timestep, and density against the number of particles."""
+    figure = new_figure(10.5, 6.2)
+    panels = figure.subplots(2, 3).flat
+    for quantity, axes in zip(PANELS, panels, strict=False):
+        draw_panel(axes, runs, summary, quantity)
+        if quantity == "density_g_cm3":
+            reference = summary.density_g_cm3_mean.iloc[0]
+            bounds = [reference * (1 + sign * max_density_difference) for sign in (-1, 1)]
+            axes.axhspan(*bounds, color=FAINT, alpha=0.5, lw=0, zorder=0, label="accepted")
+            axes.legend(fontsize=8)
+        elif quantity == "rdf_difference":
+            axes.set_ylim(bottom=0)
+        elif quantity == "cpu_s":
+            axes.set_yscale("log")
+            axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axes.yaxis.set_minor_locator(NullLocator())
+            axes.yaxis.set_major_formatter(PLAIN)
+    sizes = panels[-1]
+    complete = equilibrium[equilibrium.density_drift.notna()]
+    sizes.plot(complete.particles, complete.density_g_cm3, "o", mfc="none", mec=RELAXED, ms=5)
+    sizes.set(title="Size", xlabel="Particles", ylabel="Density (g/cm³)", xlim=(0, 1.08 * complete.particles.max()))
+    sizes.margins(y=0.12)
+    return figure
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=Path, required=True, help="in: tables/timestep.csv")
+    parser.add_argument("--summary", type=Path, required=True, help="in: tables/timestep_summary.csv")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--max-density-difference", type=float, required=True, help="as given to compare_timesteps.py")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read the tables and draw them."""
+    args = parse_args()
+    runs, summary = read_table(args.runs), read_table(args.summary)
+    equilibrium = read_equilibrium(args.equilibrium)
+    save_figure(draw_timesteps(runs, summary, equilibrium, args.max_density_difference), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)
