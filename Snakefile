@@ -3,6 +3,8 @@
     snakemake --cores 2                                      demo scale, config/config.yaml
     snakemake --cores 2 --configfile config/reduced.yaml     another scale
     snakemake --cores 2 slurries                             one stage and what it needs; the targets are in this file
+    snakemake --cores 2 yardsticks                           what the predictions are worth, on the same results
+    snakemake --cores 2 convergence                          whether the time step is small enough
 
 Rules stand in workflow/rules in the order in which a particle passes through them; scripts/ has a script for each.
 """
@@ -21,6 +23,8 @@ include: "workflow/rules/dataset.smk"
 include: "workflow/rules/surrogate.smk"
 include: "workflow/rules/hybrid.smk"
 include: "workflow/rules/analysis.smk"
+include: "workflow/rules/yardsticks.smk"
+include: "workflow/rules/convergence.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -34,8 +38,13 @@ localrules:
     models,
     microstructures,
     tables,
+    noise,
+    yardsticks,
+    convergence,
     generate_inputs,
     assemble_dataset,
+    measure_packing,
+    fit_surrogate,
     wrap_slurry,
     measure_equilibrium,
     measure_density,
@@ -53,6 +62,19 @@ localrules:
     plot_rdf,
     plot_costs,
     write_report,
+    measure_noise,
+    compute_skill,
+    compare_structure,
+    compute_front,
+    compare_at_equal_cost,
+    fit_costs,
+    compare_study_costs,
+    plot_skill,
+    plot_structure,
+    plot_front,
+    write_yardsticks,
+    compare_timesteps,
+    plot_timesteps,
 
 
 rule all:
@@ -65,17 +87,17 @@ rule all:
 
 rule slurries:
     input:
-        expand(f"{RESULTS}/frames/{{slurry}}.h5", slurry=SLURRIES),
+        expand(rules.extract_frames.output.frames, slurry=SLURRIES),
 
 
 rule models:
     input:
-        expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=SURROGATES),
+        [model_of(surrogate) for surrogate in SURROGATES],
 
 
 rule microstructures:
     input:
-        expand(f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed.h5", surrogate=SURROGATES, slurry=PREDICTED),
+        expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=PREDICTED),
 
 
 rule tables:
@@ -85,3 +107,19 @@ rule tables:
         rules.compare_rdf.output.table,
         rules.measure_equilibrium.output.table,
         rules.compare_costs.output.table,
+
+
+rule noise:
+    input:
+        rules.measure_noise.output.table,
+
+
+rule yardsticks:
+    input:
+        rules.write_yardsticks.output.page,
+
+
+rule convergence:
+    input:
+        rules.compare_timesteps.output,
+        rules.plot_timesteps.output.figure,

@@ -1,11 +1,12 @@
-"""Plot predicted against target coordinates of one slurry, one panel an axis (the study's Fig. 3 and 5).
+"""Plot predicted against target coordinates of one slurry: a row a surrogate, a column an axis (the study's Fig. 3, 5).
 
-In: predicted.h5 and the DEM frames of the same slurry (H5MD, um).
-Out: PNG; upper panels predicted against target with R2 and MSE, lower panels the deviation, coloured by phase.
+In: predicted.h5 of each surrogate, in the order of --surrogates, and the DEM frames of the same slurry (H5MD, um).
+Out: PNG; for each surrogate predicted against target with R2 and MSE, and below it the deviation, coloured by phase.
 Coordinates are unwrapped, and their mean over the particles is taken from both.
 """
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -25,32 +26,41 @@ def centred_position_um(store: FrameStore, k: int) -> np.ndarray:
 
 
 def draw_coordinates(
-    target_um: np.ndarray, predicted_um: np.ndarray, particles: Particles, errors: dict[str, CoordinateError]
+    target_um: np.ndarray,
+    predicted_um: Mapping[str, np.ndarray],
+    particles: Particles,
+    errors: Mapping[str, Mapping[str, CoordinateError]],
 ) -> Figure:
-    """Draw the panels of all three axes; positions have shape (n, 3)."""
-    figure = new_figure(10, 5.2)
-    grid = figure.subplots(2, 3, height_ratios=(2.2, 1), sharex="col")
+    """Draw the panels of all surrogates and axes; positions have shape (n, 3), the last two are by surrogate.
+
+    Upper panels have the same scale for every surrogate; the lower ones have one a surrogate, as errors differ much.
+    """
+    figure = new_figure(10, 0.6 + 3.3 * len(predicted_um))
+    grid = figure.subplots(2 * len(predicted_um), 3, height_ratios=(2.2, 1) * len(predicted_um), sharex="col")
     colours = phase_colours(particles.phase_names)
     colour_of_particle = np.array(colours, dtype=object)[particles.phase - 1]
     order = np.random.default_rng(0).permutation(len(particles))  # no phase hides another
     size = np.clip(3000 / len(particles), 0.5, 6)
-    farthest = 1.05 * np.abs(predicted_um - target_um).max()
-    for axis, name in enumerate("xyz"):
-        target, predicted = target_um[order, axis], predicted_um[order, axis]
-        reach = 1.05 * np.abs([target, predicted]).max()
-        style = {"c": colour_of_particle[order], "s": size, "linewidths": 0, "alpha": 0.8, "rasterized": True}
-        upper, lower = grid[:, axis]
-        upper.plot([-reach, reach], [-reach, reach], color=INK, lw=0.8, zorder=1)
-        upper.scatter(target, predicted, **style)
-        error = errors[name]
-        text = f"R² = {error.r2:.4f}\nMSE = {error.mse_um2:.3g} µm²"
-        upper.text(0.04, 0.96, text, transform=upper.transAxes, va="top")
-        upper.set(title=f"{name} axis", ylim=(-reach, reach))
-        lower.axhline(0, color=INK, lw=0.8, zorder=1)
-        lower.scatter(target, predicted - target, **style)
-        lower.set(xlabel=f"target {name} (µm)", xlim=(-reach, reach), ylim=(-farthest, farthest))
-    grid[0, 0].set_ylabel("predicted (µm)")
-    grid[1, 0].set_ylabel("predicted −\ntarget (µm)")
+    style = {"c": colour_of_particle[order], "s": size, "linewidths": 0, "alpha": 0.8, "rasterized": True}
+    for row, (surrogate, position_um) in enumerate(predicted_um.items()):
+        farthest = 1.05 * np.abs(position_um - target_um).max()
+        for axis, name in enumerate("xyz"):
+            target, predicted = target_um[order, axis], position_um[order, axis]
+            reach = 1.05 * np.abs([target_um[:, axis], *(other[:, axis] for other in predicted_um.values())]).max()
+            upper, lower = grid[2 * row : 2 * row + 2, axis]
+            upper.plot([-reach, reach], [-reach, reach], color=INK, lw=0.8, zorder=1)
+            upper.scatter(target, predicted, **style)
+            error = errors[surrogate][name]
+            text = f"R² = {error.r2:.4f}\nMSE = {error.mse_um2:.3g} µm²"
+            upper.text(0.04, 0.96, text, transform=upper.transAxes, va="top")
+            upper.set(title=f"{surrogate}, {name} axis", ylim=(-reach, reach))
+            lower.axhline(0, color=INK, lw=0.8, zorder=1)
+            lower.scatter(target, predicted - target, **style)
+            lower.set(xlim=(-reach, reach), ylim=(-farthest, farthest))
+        grid[2 * row, 0].set_ylabel("predicted (µm)")
+        grid[2 * row + 1, 0].set_ylabel("predicted −\ntarget (µm)")
+    for axes, name in zip(grid[-1], "xyz", strict=True):
+        axes.set_xlabel(f"target {name} (µm)")
     figure.legend(
         handles=[
             Line2D([], [], ls="", marker="o", ms=6, color=colour, label=name)
@@ -66,7 +76,8 @@ def draw_coordinates(
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted.h5 (one frame)")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of --predicted")
+    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="in: predicted.h5 (one frame) of each")
     parser.add_argument("--frames", type=Path, required=True, help="in: DEM frames of the same slurry")
     parser.add_argument("--target-frame", type=int, required=True, help="frame that was predicted")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
@@ -74,15 +85,17 @@ def parse_args() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Read both structures and draw them."""
+    """Read the structures and draw them."""
     args = parse_args()
-    with read_frames(args.predicted) as store:
-        predicted_um = centred_position_um(store, store.last)
+    predicted_um = {}
+    for surrogate, path in zip(args.surrogates, args.predicted, strict=True):
+        with read_frames(path) as store:
+            predicted_um[surrogate] = centred_position_um(store, store.last)
     with read_frames(args.frames) as store:
         target_um = centred_position_um(store, args.target_frame)
         particles = store.particles
-    errors = coordinate_errors(target_um, predicted_um)
-    save_figure(draw_coordinates(target_um, predicted_um, particles, errors), args.figure)
+    errors = {name: coordinate_errors(target_um, position_um) for name, position_um in predicted_um.items()}
+    save_figure(draw_coordinates(target_um, predicted_um, particles, errors), args.figure, colours=128)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
-"""Plot the final density of each slurry, DEM against hybrid (the study's Table 3).
+"""Plot the final density of each slurry, the DEM's and that of every surrogate's hybrid chain (the study's Table 3).
 
 In: tables/density_volume.csv (columns surrogate, slurry, model, density_g_cm3); DEM rows have the surrogate `-`.
-Out: PNG with a pair of points a slurry; the study's values for the slurry of the same number are marked.
+Out: PNG. Upper panel: densities, with the study's values for the slurry of the same number; lower panel: how far each
+hybrid density is from that of the DEM, in percent, on a scale that is linear up to 1 % and logarithmic beyond.
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,55 +14,69 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast import study
-from slurrycast.figures import DEM, FAINT, RELAXED, STUDY, new_figure, save_figure
+from slurrycast.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
 from slurrycast.files import run_main
 from slurrycast.tables import read_table
 
-SHIFT = 0.16  # our points stand left of the slurry's tick, the study's right of it
+SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
+LINEAR_PERCENT = 1.0
 
 
-def draw_density(densities: pd.DataFrame, slurries: list[str], surrogate: str) -> Figure:
-    """Draw both densities of `slurries`; a slurry that the DEM did not run to the end has no DEM point."""
-    figure = new_figure(max(6.0, 1.2 + 1.0 * len(slurries)), 3.9)
-    axes = figure.subplots()
+def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: Sequence[str]) -> Figure:
+    """Draw the densities of `slurries`; one that the DEM did not run to the end has no DEM line and no deviation."""
     by_slurry = densities.set_index("slurry").density_g_cm3
     dem = by_slurry[(densities.model == "DEM").to_numpy()].reindex(slurries)
-    hybrid = by_slurry[(densities.surrogate == surrogate).to_numpy()].reindex(slurries)
+    theirs = {
+        model: pd.Series({slurry: structure.density_g_cm3 for slurry, structure in structures.items()}).reindex(
+            slurries
+        )
+        for model, structures in (("DEM", study.DEM_STRUCTURE), ("hybrid", study.HYBRID_STRUCTURE))
+    }
+    figure = new_figure(max(6.5, 1.2 + 1.05 * len(slurries)), 6.2 if dem.notna().any() else 3.9)
+    upper, *lower = figure.subplots(2 if dem.notna().any() else 1, 1, sharex=True, squeeze=False)[:, 0]
     places = np.arange(len(slurries))
-    axes.vlines(places - SHIFT, dem, hybrid, color=FAINT, lw=4, zorder=1)
-    for values, colour, label in ((dem, DEM, "DEM"), (hybrid, RELAXED, f"hybrid ({surrogate}, relaxed)")):
-        if values.notna().any():
-            axes.plot(places - SHIFT, values, "o", color=colour, ms=8, label=label)
-    for place in places:
-        pair = np.array([dem.iloc[place], hybrid.iloc[place]])
-        for value, colour in zip(pair, (DEM, RELAXED), strict=True):
-            if not np.isnan(value):
-                above = value == np.nanmax(pair)
-                offset, anchor = ((0, 7), "bottom") if above else ((0, -7), "top")
-                position = {"xytext": offset, "textcoords": "offset points", "ha": "center", "va": anchor}
-                axes.annotate(f"{value:.3f}", (place - SHIFT, value), color=colour, fontsize=8.5, **position)
-    for structures, marker, label in (
-        (study.DEM_STRUCTURE, "D", "DEM"),
-        (study.HYBRID_STRUCTURE, "o", "hybrid"),
-    ):
-        known = [place for place, slurry in enumerate(slurries) if slurry in structures]
-        if known:
-            values = [structures[slurries[place]].density_g_cm3 for place in known]
-            style = {"color": STUDY, "mfc": "white", "mew": 1.4, "ms": 6}
-            axes.plot(np.array(known) + SHIFT, values, marker, label=f"{label} of the study (larger scale)", **style)
-    axes.set(xticks=places, xticklabels=slurries, xlabel="Slurry", ylabel="Final density (g/cm³)")
-    axes.set_xlim(-0.6, len(slurries) - 0.4)
-    axes.margins(y=0.12)
-    axes.grid(axis="x", visible=False)
-    figure.legend(loc="outside upper left", ncols=4 if len(slurries) > 6 else 2, columnspacing=1.2, handletextpad=0.3)
+    known = theirs["DEM"].notna().any()
+    shifts = SLOT * ((np.arange(len(surrogates) + known) + 0.5) / (len(surrogates) + known) - 0.5)
+    if dem.notna().any():
+        upper.hlines(dem, places - SLOT / 2, places + SLOT / 2, color=DEM, lw=2, label="DEM")
+    for surrogate, colour, shift in zip(surrogates, surrogate_colours(surrogates).values(), shifts, strict=False):
+        hybrid = by_slurry[(densities.surrogate == surrogate).to_numpy()].reindex(slurries)
+        upper.plot(places + shift, hybrid, "o", color=colour, ms=6.5, label=surrogate)
+        for axes in lower:
+            axes.plot(places + shift, 100 * (hybrid / dem - 1), "o", color=colour, ms=6.5)
+    if known:
+        style = {"color": STUDY, "mfc": "white", "mew": 1.4, "ms": 6}
+        for model, marker in (("DEM", "D"), ("hybrid", "o")):
+            label = f"{model} of the study (larger scale)"
+            upper.plot(places + shifts[-1], theirs[model], marker, label=label, **style)
+        for axes in lower:
+            axes.plot(places + shifts[-1], 100 * (theirs["hybrid"] / theirs["DEM"] - 1), "o", **style)
+    upper.set(ylabel="Final density (g/cm³)")
+    upper.margins(y=0.1)
+    for axes in lower:
+        axes.axhline(0, color=DEM, lw=1, zorder=1)
+        axes.axhspan(-LINEAR_PERCENT, LINEAR_PERCENT, color=FAINT, alpha=0.3, lw=0, zorder=0)
+        axes.set_yscale("symlog", linthresh=LINEAR_PERCENT, linscale=1.2)
+        ticks = np.array([0, 0.5, 1, 3, 10, 30, 100])
+        low, high = axes.get_ylim()
+        axes.set_yticks([tick for tick in (*-ticks[:0:-1], *ticks) if 1.3 * low <= tick <= 1.3 * high], minor=False)
+        axes.minorticks_off()
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.set_ylabel("Hybrid against\nits DEM (%)")
+    last = [upper, *lower][-1]
+    last.set(xticks=places, xticklabels=slurries, xlabel="Slurry", xlim=(-0.6, len(slurries) - 0.4))
+    for axes in (upper, *lower):
+        axes.grid(axis="x", visible=False)
+        axes.vlines(places[1:] - 0.5, 0, 1, transform=axes.get_xaxis_transform(), color=FAINT, lw=0.6, zorder=0)
+    figure.legend(loc="outside upper left", ncols=4 if len(slurries) > 6 else 2, columnspacing=1.2, handletextpad=0.4)
     return figure
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv")
-    parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
+    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv (g/cm3)")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="labels in the table, in the order of drawing")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that went through the hybrid chain")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
@@ -69,8 +85,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read the table and draw it."""
     args = parse_args()
-    densities = read_table(args.density)
-    save_figure(draw_density(densities, args.slurries, args.surrogate), args.figure)
+    save_figure(draw_density(read_table(args.density), args.slurries, args.surrogates), args.figure)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
-"""Plot the radial distribution functions (the study's Fig. 6): target against predicted and relaxed structures.
+"""Plot the radial distribution functions (the study's Fig. 6): the DEM's and every surrogate's relaxed structure.
 
-In: for each slurry, in the order of --slurries, its curves (CSV) with columns pair, r_um, g_dem, g_predicted, g_relaxed
-(g_dem is empty for a slurry that the DEM did not run to the end), and tables/rdf_errors.csv (columns surrogate, slurry,
-pair, mean_abs_difference).
+In: curves of every surrogate and slurry (CSV), in any order, with columns surrogate, slurry, pair, r_um, g_dem,
+g_relaxed (g_dem is empty for a slurry that the DEM did not run to the end), and tables/rdf_errors.csv (columns
+surrogate, slurry, pair, mean_abs_difference).
 Out: PNG with one panel for each slurry and pair.
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,53 +15,58 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slurrycast.figures import DEM, PREDICTED, RELAXED, new_figure, save_figure
+from slurrycast.figures import DEM, INK, new_figure, save_figure, surrogate_colours
 from slurrycast.files import run_main
 from slurrycast.tables import read_table
 
 COLUMNS = 4
-CURVES = (
-    ("g_predicted", "predicted, before relaxation", {"color": PREDICTED, "lw": 1.1}),
-    ("g_dem", "target (DEM)", {"color": DEM, "lw": 2.0}),
-    ("g_relaxed", "relaxed (hybrid)", {"color": RELAXED, "lw": 1.4, "ls": (0, (4, 1.2))}),
-)
 PAIR_LABELS = {"all": "all particles"}
+DEM_STYLE = {"color": DEM, "lw": 3.2, "alpha": 0.45}  # a wide pale band, on which thin curves stay visible
 
 
-def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, str], float]) -> Figure:
-    """Draw the curves of each slurry in `rdf`, one row of panels a pair.
+def draw_rdf(
+    curves: pd.DataFrame,
+    slurries: Sequence[str],
+    surrogates: Sequence[str],
+    differences: Mapping[tuple[str, str, str], float],
+) -> Figure:
+    """Draw the curves of `slurries`, `COLUMNS` a row, and under each slurry one panel a pair.
 
-    `differences` holds the mean absolute difference of target and relaxed curve by (slurry, pair).
+    `differences` holds the mean absolute difference of target and relaxed curve by (surrogate, slurry, pair).
     """
-    slurries = list(rdf)
-    pairs = list(dict.fromkeys(pd.concat(rdf.values()).pair))
+    pairs = list(dict.fromkeys(curves.pair))
+    colours = surrogate_colours(surrogates)
     columns = min(COLUMNS, len(slurries))
     blocks = -(-len(slurries) // columns)
-    figure = new_figure(max(5.5, 2.9 * columns + 0.4), 2.1 * blocks * len(pairs) + 0.6)
+    figure = new_figure(max(5.5, 3.0 * columns + 0.4), 2.3 * blocks * len(pairs) + 0.6)
     grid = figure.subplots(blocks * len(pairs), columns, squeeze=False, sharex=True)
     for axes in grid.flat:
         axes.set_visible(False)
-    # Overlapping particles can give the predicted curve spikes near r = 0: it may leave the panel, the others do not.
     highest = {
-        pair: 1.12 * max(np.nanmax(curves.loc[curves.pair == pair, ["g_dem", "g_relaxed"]]) for curves in rdf.values())
-        for pair in pairs
+        pair: 1.25 * np.nanmax(of_pair[["g_dem", "g_relaxed"]]) for pair, of_pair in curves.groupby("pair", sort=False)
     }
-    farthest_um = max(curves.r_um.max() for curves in rdf.values())
-    for place, (slurry, curves) in enumerate(rdf.items()):
+    for place, slurry in enumerate(slurries):
         block, column = divmod(place, columns)
+        of_slurry = curves[curves.slurry == slurry]
         for row, pair in enumerate(pairs):
             axes = grid[block * len(pairs) + row, column]
             axes.set_visible(True)
-            of_pair = curves[curves.pair == pair]
+            of_pair = of_slurry[of_slurry.pair == pair]
             axes.axhline(1, color="#aab3bb", lw=0.7, zorder=1)
-            for name, _, style in CURVES:
-                axes.plot(of_pair.r_um, of_pair[name], **style)
-            text = f"r < {of_pair.r_um.max():.1f} µm"
-            if (slurry, pair) in differences:
-                text = f"mean |Δg| {differences[slurry, pair]:.3f}\n{text}"
-            axes.text(0.97, 0.95, text, transform=axes.transAxes, ha="right", va="top", fontsize=8.5)
-            axes.set_xlim(0, farthest_um)
-            axes.set_ylim(0, highest[pair])
+            target = of_pair[of_pair.surrogate == of_pair.surrogate.iloc[0]]
+            axes.plot(target.r_um, target.g_dem, **DEM_STYLE)
+            lines = [(f"r < {target.r_um.max():.1f} µm", INK)]
+            known = [name for name in surrogates if (name, slurry, pair) in differences]
+            lines += [("mean |Δg|", INK)] if known else []
+            lines += [(f"{differences[name, slurry, pair]:.3f}", colours[name]) for name in known]
+            for name in surrogates:
+                own = of_pair[of_pair.surrogate == name]
+                axes.plot(own.r_um, own.g_relaxed, color=colours[name], lw=1.1)
+            for place_of_line, (text, colour) in enumerate(lines):
+                position = {"xytext": (0, -11 * place_of_line), "textcoords": "offset points"}
+                style = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8.5, "color": colour}
+                axes.annotate(text, (0.98, 0.98), **position, **style)
+            axes.set(xlim=(0, curves.r_um.max()), ylim=(0, highest[pair]))
             if row == 0:
                 axes.set_title(f"Slurry {slurry}")
             if column == 0:
@@ -70,26 +75,19 @@ def draw_rdf(rdf: Mapping[str, pd.DataFrame], differences: Mapping[tuple[str, st
             axes.tick_params(labelbottom=last_in_column, labelleft=column == 0)
             if last_in_column:
                 axes.set_xlabel("r (µm)")
-    figure.legend(
-        handles=[
-            Line2D([], [], **style, label=label)
-            for name, label, style in CURVES
-            if any(curves[name].notna().any() for curves in rdf.values())
-        ],
-        loc="outside upper center",
-        ncols=len(CURVES),
-        fontsize=10,
-    )
+    handles = [Line2D([], [], **DEM_STYLE, label="target (DEM)")] if curves.g_dem.notna().any() else []
+    handles += [Line2D([], [], color=colour, lw=1.6, label=f"{name}, relaxed") for name, colour in colours.items()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), columns + 1), fontsize=10)
     return figure
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --rdf")
-    parser.add_argument("--rdf", nargs="+", type=Path, required=True, help="in: curves of each slurry (CSV, r in um)")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of drawing")
+    parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of drawing")
+    parser.add_argument("--rdf", nargs="+", type=Path, required=True, help="in: curves (CSV, r in um), in any order")
     parser.add_argument("--rdf-errors", type=Path, required=True, help="in: tables/rdf_errors.csv")
-    parser.add_argument("--surrogate", required=True, help="name of the surrogate in the table")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
@@ -97,11 +95,10 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read the curves and draw them."""
     args = parse_args()
-    rdf = {slurry: read_table(path) for slurry, path in zip(args.slurries, args.rdf, strict=True)}
+    curves = pd.concat(map(read_table, args.rdf))
     errors = read_table(args.rdf_errors)
-    errors = errors[errors.surrogate == args.surrogate]
-    differences = {(row.slurry, row.pair): row.mean_abs_difference for row in errors.itertuples()}
-    save_figure(draw_rdf(rdf, differences), args.figure)
+    differences = {(row.surrogate, row.slurry, row.pair): row.mean_abs_difference for row in errors.itertuples()}
+    save_figure(draw_rdf(curves, args.slurries, args.surrogates, differences), args.figure)
 
 
 if __name__ == "__main__":

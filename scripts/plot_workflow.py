@@ -23,7 +23,7 @@ from slurrycast.files import InputError, run_main
 # part of the workflow by the verb that a rule's name starts with
 PARTS = {
     "DEM": ("#e4e9ee", {"generate", "run", "extract"}),
-    "surrogate": ("#fbe6d2", {"assemble", "train", "adopt", "predict"}),
+    "surrogate": ("#fbe6d2", {"assemble", "train", "fit", "adopt", "predict"}),
     "hybrid": ("#d3ebec", {"wrap", "relax"}),
     "analysis": ("#e9e4f1", {"measure", "compare", "compute", "collect"}),
     "report": ("#f3f0e2", {"plot", "render", "write"}),

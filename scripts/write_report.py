@@ -1,9 +1,8 @@
 """Write report.html: all tables and figures of a run in one file that opens without a network.
 
-In: the effective configuration, versions, tables, inputs.json and run.json of every slurry, and for each surrogate, in
-the order of --surrogates, its model and learning curves; figures, known by their file names: workflow, densification,
-learning_curves_<surrogate>, density_<surrogate>, rdf_<surrogate>, costs_<surrogate>, coordinates_<surrogate>_<slurry>,
-slurry_<surrogate>_<slurry>.
+In: the effective configuration, versions, tables, inputs.json and run.json of every slurry, model and learning curves
+of each surrogate that is a Keras model; figures, known by their file names: workflow, densification,
+learning_curves_<surrogate>, density, rdf, costs, coordinates_<slurry>, slurry_<surrogate>_<slurry>.
 Out: report.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -14,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
+from slurrycast import surrogates
 from slurrycast.files import run_main, write_text
 from slurrycast.network_table import read_network
 from slurrycast.report import Results, report_html
@@ -24,6 +24,20 @@ def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
     """Read JSON files by the slurry that they name."""
     contents = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
     return {content["slurry"]: content for content in contents}
+
+
+def labelled_path(text: str) -> tuple[str, Path]:
+    """Take `label=path` apart."""
+    label, equals, path = text.partition("=")
+    if not (label and equals and path):
+        raise argparse.ArgumentTypeError(f"{text!r} is not label=path")
+    return label, Path(path)
+
+
+def described(label: str) -> tuple[str, str]:
+    """What the surrogate `label` looks at, and its rule for the final box, in words."""
+    module = surrogates.load(surrogates.parse(label).name)
+    return module.LOOKS_AT, module.BOX_RULE.replace("_", " ")
 
 
 def parse_args() -> argparse.Namespace:
@@ -39,9 +53,10 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
     parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--surrogates", nargs="+", required=True, help="names, in the order of the next two")
-    parser.add_argument("--models", type=Path, nargs="+", required=True, help="in: model.keras of each surrogate")
-    parser.add_argument("--histories", type=Path, nargs="+", required=True, help="in: history.csv of each surrogate")
+    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of columns")
+    labelled = {"type": labelled_path, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
+    parser.add_argument("--models", **labelled, help="in: model.keras of the surrogates that have one")
+    parser.add_argument("--histories", **labelled, help="in: history.csv of the same surrogates")
     parser.add_argument("--figures", type=Path, nargs="+", required=True, help="in: figures (PNG)")
     parser.add_argument("--report", type=Path, required=True, help="out: report.html")
     return parser.parse_args()
@@ -63,8 +78,10 @@ def main() -> None:
         equilibrium=read_equilibrium(args.equilibrium),
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),
-        histories=dict(zip(args.surrogates, map(pd.read_csv, args.histories), strict=True)),
-        networks=dict(zip(args.surrogates, map(read_network, args.models), strict=True)),
+        surrogates=args.surrogates,
+        descriptions={label: described(label) for label in args.surrogates},
+        histories={label: pd.read_csv(path) for label, path in args.histories},
+        networks={label: read_network(path) for label, path in args.models},
         figures={path.stem: path for path in args.figures},
     )
     write_text(args.report, report_html(results))

@@ -18,7 +18,7 @@ from slurrycast.files import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "reduced", "full"]
+SCALES = ["tiny", "reduced", "full", "size", "size_clock"]
 
 
 def merged(base: dict, override: dict) -> dict:
@@ -233,17 +233,77 @@ BAD_VALUES = [
     ("learning.target_frame", 10, "learning.target_frame = 10: must be after the last input frame 10 and at most"),
     ("learning.target_frame", 121, "learning.target_frame = 121: must be after the last input frame 10 and at most"),
     ("learning.validation_share", 1, "learning.validation_share = 1: must be a number above 0 and below 1"),
-    ("surrogate.names", ["vgg61"], 'surrogate.names: "vgg61": must be one of vgg16'),
-    ("surrogate.names", ["model"], 'surrogate.names: "model": must be one of vgg16'),
-    ("surrogate.names", "vgg16", 'surrogate.names = "vgg16": must be a list of surrogates'),
-    ("surrogate.names", ["vgg16", "vgg16"], 'surrogate.names = ["vgg16", "vgg16"]: must be a list of surrogates'),
+    (
+        "surrogate.names",
+        ["vgg61"],
+        "surrogate.names: 'vgg61' is not known, allowed: persistence, affine, linear, vgg16",
+    ),
+    ("surrogate.names", ["affine_x2"], "surrogate.names: 'affine_x2' is not known: must be affine, and _f<NN> for the"),
+    ("surrogate.names", ["early_dem"], "surrogate.names: 'early_dem' is not known: must be early_dem_ and a variant"),
+    ("surrogate.names", ["vgg16_f02"], 'surrogate.names: "vgg16_f02": must be vgg16, which learns from learning.input'),
+    (
+        "surrogate.names",
+        ["affine_f11"],
+        'surrogate.names: "affine_f11": its last input frame must be 1 to 10, the last',
+    ),
+    (
+        "surrogate.names",
+        ["affine_f00"],
+        'surrogate.names: "affine_f00": its last input frame must be 1 to 10, the last',
+    ),
+    (
+        "surrogate.names",
+        ["early_dem_x2_f03"],
+        '"early_dem_x2_f03" starts at frame 3: must be one of dem.restart_f',
+    ),
+    ("surrogate.names", "vgg16", 'surrogate.names = "vgg16": must be a list of labels of surrogates'),
+    ("surrogate.names", ["vgg16", "vgg16"], 'surrogate.names = ["vgg16", "vgg16"]: must be a list of labels of surr'),
+    (
+        "surrogate.packing_fraction",
+        1.2,
+        "surrogate.packing_fraction = 1.2: must be null or a number above 0 and below 1",
+    ),
+    ("surrogate.early_dem.flat_within", 0, "surrogate.early_dem.flat_within = 0: must be a number above 0 and below 1"),
+    ("relaxation.pressure_damping_us", 1, "relaxation.pressure_damping_us = 1: must be a number at least 100"),
+    ("relaxation.start_temperature_k", 0, "relaxation.start_temperature_k = 0: must be a number above 0 and at most"),
+    ("dem.pressure_damping_exponent", -3, "dem.pressure_damping_exponent = -3: must be a number at least -2"),
+    ("yardsticks.surrogates", ["affine"], 'yardsticks.surrogates: "affine": must not be in surrogate.names too'),
+    ("yardsticks.surrogates", ["vgg19"], "yardsticks.surrogates: 'vgg19' is not known, allowed: persistence"),
+    ("yardsticks.replicated", [], "yardsticks.replicated = []: must be a list of ids of slurries of role validation"),
+    ("yardsticks.replicas", 1, "yardsticks.replicas = 1: must be a whole number at least 2"),
+    ("convergence.timesteps_us", [1e-3, 5e-4], "convergence.timesteps_us = [0.001, 0.0005]: must be whole pico"),
+    (
+        "convergence.timesteps_us",
+        [1e-3, 1.0005e-3],
+        "convergence.timesteps_us = [0.001, 0.0010005]: must be whole pi",
+    ),
+    (
+        "convergence.timesteps_us",
+        [3e-4, 1e-3],
+        "convergence.timesteps_us: 0.0003: must divide dem.timestep_us x dem.t",
+    ),
+    (
+        "convergence.timesteps_us",
+        [1e-3],
+        "convergence.timesteps_us = [0.001]: must be a list of at least two time st",
+    ),
+    (
+        "report.pictures",
+        ["affine_f02"],
+        'report.pictures: "affine_f02": must be one of surrogate.names, persistence',
+    ),
+    ("report.pictures", True, "report.pictures = true: must be a list of labels in surrogate.names"),
     ("surrogate.model", "model.h5", 'surrogate.model = "model.h5": must be null or the path of an existing file that'),
     ("surrogate.model", "none.keras", 'surrogate.model = "none.keras": no such file'),
     ("surrogate.vgg16.epochs", 0, "surrogate.vgg16.epochs = 0: must be a whole number at least 1"),
-    ("surrogate.vgg19", {}, "surrogate.vgg19: unknown key: must be one of names, model, vgg16 (do you mean vgg16?)"),
+    (
+        "surrogate.vgg19",
+        {},
+        "surrogate.vgg19: unknown key: must be one of names, model, packing_fraction, vgg16",
+    ),
     ("analysis.rdf_pair", ["NiO"], 'analysis.rdf_pair = ["NiO"]: must be a list of two phases of formulation.phases'),
     ("analysis.rdf_pair", ["NiO", "YSZ"], 'analysis.rdf_pair: "YSZ": must be one of BDPD, NiO, 8YSZ'),
-    ("report.pictures", "off", 'report.pictures = "off": must be true or false'),
+    ("report.pictures", "off", 'report.pictures = "off": must be a list of labels'),
     ("plot", {}, "plot: unknown key: must be one of run, slurries"),
 ]
 
@@ -302,7 +362,8 @@ def test_all_problems_are_reported_at_once(config):
         "formulation.unit_mass_pg: slurry C ends",
         "dem.steps = 60001",
         "learning.target_frame = 500",
-        'surrogate.names: "vgg61"',
+        "surrogate.names: 'vgg61'",
+        'report.pictures: "vgg16"',
     ]
     for beginning in beginnings:
         assert len([line for line in lines if line.startswith(beginning)]) == 1, (beginning, lines)
@@ -342,9 +403,7 @@ def test_training_slurries_are_needed_unless_a_model_is_given(config):
     config["surrogate"]["model"] = "model.keras"
     assert check(config) == []
     config["surrogate"]["names"] = []
-    assert check(config) == [
-        "surrogate.names = []: must be a list of surrogates that have a section here, each named once"
-    ]
+    assert check(config) == ["surrogate.names = []: must be a list of labels of surrogates, each once"]
 
 
 def test_something_to_predict_is_needed(config):
@@ -373,16 +432,81 @@ def test_a_model_that_the_run_itself_writes_is_refused(config):
     assert check(config) == []
 
 
-def test_a_model_is_of_one_surrogate(config, monkeypatch):
-    schema = copy.deepcopy(configuration.schema("config"))
-    sections = schema["properties"]["surrogate"]["properties"]
-    sections["affine"] = {"type": "object", "description": "No settings."}
-    monkeypatch.setattr(configuration, "schema", lambda name: schema if name == "config" else SLURRIES_SCHEMA)
-    Path("model.keras").write_bytes(b"")
-    config["surrogate"] |= {"names": ["vgg16", "affine"], "model": "model.keras"}
-    assert check(config) == [
-        'surrogate.names = ["vgg16", "affine"]: must be the one surrogate that surrogate.model is of'
-    ]
+@pytest.mark.parametrize("names", [["linear"], ["affine"], ["vgg16", "vgg16_box"]])
+def test_a_model_is_of_one_keras_surrogate(config, names):
+    Path("model.keras").touch()
+    config["surrogate"] |= {"names": names, "model": "model.keras", "packing_fraction": 0.66}
+    config["report"]["pictures"] = []
+    config["yardsticks"]["surrogates"] = []
+    (line,) = check(config)
+    assert line.endswith("must hold one surrogate with a Keras model, the one that surrogate.model is of")
+
+
+def test_a_model_without_its_box_needs_the_packing_fraction(config):
+    Path("model.keras").touch()
+    config["surrogate"] |= {"names": ["affine", "vgg16_box"], "model": "model.keras"}
+    config["report"]["pictures"] = []
+    config["yardsticks"]["surrogates"] = []
+    (line,) = check(config)
+    assert line.startswith("surrogate.packing_fraction = null: must be a number for vgg16_box with surrogate.model")
+    config["surrogate"]["packing_fraction"] = 0.66
+    assert check(config) == []
+
+
+def test_what_needs_no_training_slurries(config):
+    def asked():
+        return [label for label in config["surrogate"]["names"] if configuration.without_training(config, label)]
+
+    assert asked() == ["persistence", "vgg16"]
+    config["surrogate"]["packing_fraction"] = 0.66
+    assert asked() == ["persistence", "affine", "vgg16"]
+    assert not configuration.without_training(config, "vgg16_box")
+    assert configuration.without_training(config, "early_dem_x2")
+
+
+# ---- runs that follow from the table
+
+
+def test_replicas_differ_from_their_slurry_in_id_role_and_seed_alone(config):
+    slurries = read_slurries(config["slurries"])
+    runs = configuration.replicas(config, slurries)
+    assert [run.id for run in runs] == [f"{slurry}_r{k}" for slurry in "26" for k in range(1, 6)]
+    assert {run.role for run in runs} == {"replica"}
+    assert len({run.seed for run in [*runs, *slurries]}) == len(runs) + len(slurries)
+    slurry = next(slurry for slurry in slurries if slurry.id == "6")
+    ours, theirs = physics(config, runs[-1]), physics(config, slurry)
+    assert ours.pop("slurry") == theirs.pop("slurry") | {"seed": runs[-1].seed}
+    assert ours == theirs
+
+
+def test_timestep_runs_end_at_the_same_time_with_the_same_frames(config):
+    runs = configuration.timestep_runs(config, read_slurries(config["slurries"]))
+    assert [run.id for run in runs[::3]] == ["V1_dt100ps_s1", "V1_dt500ps_s1", "V1_dt1000ps_s1", "V1_dt2000ps_s1"]
+    assert len({run.seed for run in runs}) == config["convergence"]["seeds"]
+    for run in runs:
+        dem = physics(config, run)["dem"]
+        assert dem["steps"] * dem["timestep_us"] == pytest.approx(120)
+        assert dem["thermo_every_steps"] * dem["timestep_us"] == pytest.approx(1)
+        assert dem["frames"] == config["dem"]["frames"]
+        assert dem["steps"] % (dem["frames"] - 1) == 0
+
+
+def test_damping_time_for_the_mass_of_a_slurry(config):
+    one, five = (Slurry(id_, "test", units, 2.0, 1) for id_, units in (("a", 1), ("b", 5)))
+    damping_us = config["dem"]["pressure_damping_us"]
+    assert physics(config, five)["dem"]["pressure_damping_us"] == damping_us
+    config["dem"]["pressure_damping_exponent"] = -0.3
+    assert physics(config, one)["dem"]["pressure_damping_us"] == damping_us
+    assert physics(config, five)["dem"]["pressure_damping_us"] == pytest.approx(damping_us * 5**-0.3)
+    assert "pressure_damping_exponent" not in physics(config, one)["dem"]
+
+
+@pytest.mark.parametrize("id_", ["6_r1", "V1_dt100ps_s1"])
+def test_a_slurry_may_not_be_named_like_a_run_that_follows_from_another(config, id_):
+    table = Path(config["slurries"])
+    table.write_text(table.read_text() + f"{id_}\ttest\t1\t1.0\t77\n")
+    (line,) = check(config)
+    assert f"its run {id_} is named like a slurry of the table: rename that slurry" in line
 
 
 SLURRIES_SCHEMA = configuration.schema("slurries")

@@ -16,10 +16,20 @@ import plot_densification
 import plot_density
 import plot_learning_curves
 import plot_rdf
+import plot_structure
 import plot_workflow
 import render_slurry
 from slurrycast.errors import coordinate_errors
-from slurrycast.figures import FURTHER_PHASE_COLOURS, PHASE_COLOURS, phase_colours, save_figure
+from slurrycast.figures import (
+    FURTHER_PHASE_COLOURS,
+    FURTHER_SURROGATE_COLOURS,
+    PHASE_COLOURS,
+    SURROGATE_COLOURS,
+    phase_colours,
+    save_figure,
+    surrogate_colours,
+    surrogate_family,
+)
 from slurrycast.files import InputError
 from slurrycast.frames import Frame, Particles, write_frames
 from slurrycast.speedup import HYBRID_PARTS
@@ -70,11 +80,12 @@ def structures(tmp_path, particles) -> dict[str, Path]:
     rng = np.random.default_rng(1)
     edges_um = np.array([4.0, 4.0, 6.0])
     target_um = (rng.random((60, 3)) - 0.5) * edges_um
-    paths = {name: tmp_path / f"{name}.h5" for name in ("frames", "predicted", "relaxed")}
+    paths = {name: tmp_path / f"{name}.h5" for name in ("frames", "predicted", "other", "relaxed")}
     write_frames(
         paths["frames"], particles, [frame(10, 1.2 * target_um, 1.2 * edges_um), frame(120, target_um, edges_um)], {}
     )
     write_frames(paths["predicted"], particles, [frame(120, 1.1 * target_um + 0.3, 1.1 * edges_um)], {})
+    write_frames(paths["other"], particles, [frame(120, 1.2 * target_um, edges_um)], {})
     write_frames(paths["relaxed"], particles, [frame(120, target_um, edges_um)], {})
     return paths
 
@@ -92,6 +103,44 @@ def test_phases_keep_their_colours_whatever_their_order():
         PHASE_COLOURS["NiO"],
         FURTHER_PHASE_COLOURS[1],
     ]
+
+
+@pytest.mark.parametrize(
+    ("label", "family"),
+    [
+        ("vgg16", "vgg16"),
+        ("vgg16_f02", "vgg16"),
+        ("vgg16_box_absolute_f02", "vgg16_box"),
+        ("early_dem_x10", "early_dem"),
+        ("net_f04", "net"),
+        ("network", "network"),
+    ],
+)
+def test_family_of_a_label(label, family):
+    assert surrogate_family(label) == family
+
+
+def test_a_family_keeps_its_colour_and_its_variants_are_told_apart():
+    labels = ["affine_f02", "early_dem_x2", "early_dem_x10", "early_dem_x32", "affine", "net", "net_small", "vgg16_box"]
+    colours = surrogate_colours(labels)
+    assert list(colours) == labels
+    assert len(set(colours.values())) == len(labels)
+    for name in ("affine", "vgg16_box"):
+        assert colours[name] == SURROGATE_COLOURS[name]
+    assert colours["early_dem_x2"] == SURROGATE_COLOURS["early_dem"]
+    assert colours["net"] == FURTHER_SURROGATE_COLOURS[0]
+    brightness = [int(colours[name][1:3], 16) for name in ("early_dem_x2", "early_dem_x10", "early_dem_x32")]
+    assert brightness == sorted(brightness)
+
+
+def test_a_palette_keeps_what_is_drawn(tmp_path):
+    figure = plot_learning_curves.new_figure(2, 2)
+    figure.subplots().plot([0, 1], color="#18858f", lw=8)
+    for colours, name in ((None, "all.png"), (64, "palette.png")):
+        save_figure(figure, tmp_path / name, colours=colours)
+    pictures = [imread(tmp_path / name)[..., :3] for name in ("all.png", "palette.png")]
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.002
+    assert (tmp_path / "palette.png").stat().st_size < (tmp_path / "all.png").stat().st_size
 
 
 # ---- workflow
@@ -194,12 +243,24 @@ def test_densification(tmp_path):
 
 def test_density_of_known_and_new_slurries(tmp_path):
     densities = pd.DataFrame(
-        [("-", "2", "DEM", 2.25), ("net", "2", "hybrid", 2.30), ("net", "N1", "hybrid", 2.27)],
+        [
+            ("-", "2", "DEM", 2.25),
+            ("net", "2", "hybrid", 2.295),
+            ("net", "N1", "hybrid", 2.27),
+            ("affine", "2", "hybrid", 2.205),
+            ("affine", "N1", "hybrid", 2.26),
+        ],
         columns=["surrogate", "slurry", "model", "density_g_cm3"],
     )
-    figure = plot_density.draw_density(densities, ["2", "N1"], "net")
-    labels = {text.get_text() for text in figure.axes[0].texts}
-    assert labels == {"2.250", "2.300", "2.270"}
+    figure = plot_density.draw_density(densities, ["2", "N1"], ["affine", "net"])
+    upper, lower = figure.axes
+    drawn = {line.get_label(): line.get_ydata().tolist() for line in upper.lines}
+    assert drawn["net"] == [2.295, 2.27]
+    assert drawn["affine"] == [2.205, 2.26]
+    colours = surrogate_colours(["affine", "net"])
+    percent = {line.get_color(): line.get_ydata()[0] for line in lower.lines}
+    assert percent[colours["net"]] == pytest.approx(2.0)
+    assert percent[colours["affine"]] == pytest.approx(-2.0)
     save_figure(figure, tmp_path / "density.png")
     assert is_drawn(tmp_path / "density.png")
 
@@ -207,63 +268,97 @@ def test_density_of_known_and_new_slurries(tmp_path):
 def test_density_without_any_dem(tmp_path, monkeypatch):
     table = tmp_path / "density_volume.csv"
     table.write_text("surrogate,slurry,model,density_g_cm3,volume_um3\nnet,NA,hybrid,2.27,100.0\n")
-    options = {"density": [table], "surrogate": ["net"], "slurries": ["NA"]}
+    options = {"density": [table], "surrogates": ["net"], "slurries": ["NA"]}
     run_script(plot_density, monkeypatch, **options, figure=[tmp_path / "density.png"])
     assert is_drawn(tmp_path / "density.png")
 
 
-def test_rdf_of_one_slurry_with_and_one_without_target(tmp_path):
+def rdf_curves(slurries: dict, surrogates: list[str]) -> pd.DataFrame:
+    """Curves of two pairs with a peak that is higher for each further surrogate; `slurries` maps ids to has-target."""
     r_um = np.arange(0.05, 3, 0.1)
-    curve = 1 + np.exp(-((r_um - 0.8) ** 2))
-    tables = {
-        slurry: pd.concat(
-            pd.DataFrame({"pair": pair, "r_um": r_um, "g_dem": dem, "g_predicted": curve, "g_relaxed": curve})
-            for pair in ("all", "NiO-8YSZ")
+    peak = np.exp(-((r_um - 0.8) ** 2))
+    return pd.concat(
+        pd.DataFrame(
+            {"surrogate": surrogate, "slurry": slurry, "pair": pair, "r_um": r_um}
+            | {"g_dem": 1 + peak if target else np.nan, "g_predicted": 1.0, "g_relaxed": 1 + (1 + 0.1 * place) * peak}
         )
-        for slurry, dem in (("1", curve), ("N1", np.nan))
-    }
-    figure = plot_rdf.draw_rdf(tables, {("1", "all"): 0.0123, ("1", "NiO-8YSZ"): 0.0456})
-    shown = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
-    assert "0.012" in shown
-    assert "0.046" in shown
+        for slurry, target in slurries.items()
+        for place, surrogate in enumerate(surrogates)
+        for pair in ("all", "NiO-8YSZ")
+    )
+
+
+def test_rdf_of_slurries_with_and_without_target(tmp_path):
+    surrogates = ["affine", "net"]
+    differences = {("net", "1", "all"): 0.0123, ("affine", "1", "all"): 0.0789, ("net", "1", "NiO-8YSZ"): 0.0456}
+    figure = plot_rdf.draw_rdf(rdf_curves({"1": True, "N1": False}, surrogates), ["1", "N1"], surrogates, differences)
+    panel = figure.axes[0]
+    colours = surrogate_colours(surrogates)
+    shown = {text.get_text(): text.get_color() for text in panel.texts}
+    assert shown["0.012"] == colours["net"]
+    assert shown["0.079"] == colours["affine"]
+    peaks = {line.get_color(): np.max(line.get_ydata()) for line in panel.lines}
+    assert peaks[colours["net"]] > peaks[colours["affine"]]
     assert [axes.get_title() for axes in figure.axes][:2] == ["Slurry 1", "Slurry N1"]
     save_figure(figure, tmp_path / "rdf.png")
     assert is_drawn(tmp_path / "rdf.png")
 
 
 def test_rdf_without_any_target(tmp_path, monkeypatch):
-    r_um = np.arange(0.05, 3, 0.1)
-    curves = {"surrogate": "net", "slurry": "N1", "pair": "all", "r_um": r_um, "g_dem": np.nan, "g_predicted": r_um}
-    pd.DataFrame(curves | {"g_relaxed": r_um}).to_csv(tmp_path / "N1.csv", index=False)
+    rdf_curves({"N1": False}, ["net"]).to_csv(tmp_path / "N1.csv", index=False)
     errors = tmp_path / "rdf_errors.csv"
     errors.write_text("surrogate,slurry,pair,r_max_um,bins,mean_abs_difference\n")
-    options = {"slurries": ["N1"], "rdf": [tmp_path / "N1.csv"], "rdf_errors": [errors], "surrogate": ["net"]}
+    options = {"slurries": ["N1"], "rdf": [tmp_path / "N1.csv"], "rdf_errors": [errors], "surrogates": ["net"]}
     run_script(plot_rdf, monkeypatch, **options, figure=[tmp_path / "rdf.png"])
     assert is_drawn(tmp_path / "rdf.png")
 
 
+def test_structure_shows_the_mean_deviation_in_replica_sd(tmp_path, monkeypatch):
+    table = pd.DataFrame(
+        [
+            ("affine", "1", "relaxed", "density_g_cm3", 2.26, 2.24, 0.01),
+            ("affine", "2", "relaxed", "density_g_cm3", 2.22, 2.24, 0.005),
+            ("affine", "1", "predicted", "density_g_cm3", 9.0, 2.24, 0.01),
+            ("affine", "V1", "relaxed", "density_g_cm3", 9.0, 2.24, 0.01),
+            ("affine", "1", "relaxed", "rdf_NiO-8YSZ", 0.0, 0.0, 0.02),
+            ("net", "1", "relaxed", "density_g_cm3", 2.25, 2.24, np.nan),
+            ("net", "1", "relaxed", "rdf_NiO-8YSZ", 0.5, 0.0, 0.02),
+        ],
+        columns=["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
+    )
+    table.to_csv(tmp_path / "structure_errors.csv", index=False)
+    drawn = []
+    original = plot_structure.draw_structure
+    monkeypatch.setattr(plot_structure, "draw_structure", lambda means: drawn.append(means) or original(means))
+    options = {"structure_errors": [tmp_path / "structure_errors.csv"], "slurries": ["1", "2"]}
+    run_script(plot_structure, monkeypatch, **options, figure=[tmp_path / "structure.png"])
+    means = drawn[0]
+    assert list(means.columns) == ["affine", "net"]
+    assert means.affine["density_g_cm3"] == pytest.approx((2 + 4) / 2)
+    assert means.net["rdf_NiO-8YSZ"] == pytest.approx(25)
+    assert np.isnan(means.net["density_g_cm3"])
+    assert is_drawn(tmp_path / "structure.png")
+
+
 def test_costs(tmp_path):
     comparison = pd.DataFrame(
-        {
-            "slurry": ["1", "N1"],
-            "run_slurry_to_input": [10.0, 12.0],
-            "predict_slurry": [2.0, 2.0],
-            "wrap_slurry": [1.0, 1.0],
-            "relax_slurry": [7.0, 8.0],
-            "hybrid": [20.0, 23.0],
-            "dem": [100.0, np.nan],
-            "dem_to_equilibrium": [60.0, np.nan],
+        {"surrogate": "net", "slurry": ["1", "N1"]}
+        | dict.fromkeys(HYBRID_PARTS, 2.0)
+        | {
+            "hybrid": 2.0 * len(HYBRID_PARTS),
+            "dem": [60.0, np.nan],
+            "dem_to_equilibrium": [36.0, np.nan],
             "ratio": [5.0, np.nan],
             "ratio_to_equilibrium": [3.0, np.nan],
         }
     )
-    figure = plot_costs.draw_costs(comparison)
-    assert [text.get_text() for text in figure.axes[0].texts] == ["5.0 ×  (3.0 × to equilibrium)"]
-    save_figure(figure, tmp_path / "costs.png")
+    both = plot_costs.draw_costs(pd.concat([comparison, comparison.assign(surrogate="affine")]))
+    assert [axes.get_title() for axes in both.axes] == ["net", "affine"]
+    assert all(len(axes.texts) == 1 and "5.0" in axes.texts[0].get_text() for axes in both.axes)
+    save_figure(both, tmp_path / "costs.png")
     assert is_drawn(tmp_path / "costs.png")
-    new = plot_costs.draw_costs(comparison[1:].reset_index(drop=True))
-    labels = [[text.get_text() for text in shown.legends[0].get_texts()] for shown in (figure, new)]
-    assert labels == [["full DEM", "of it after equilibrium", *HYBRID_PARTS.values()], [*HYBRID_PARTS.values()]]
+    new = plot_costs.draw_costs(comparison[1:])
+    assert [text.get_text() for text in new.legends[0].get_texts()] == [*HYBRID_PARTS.values()]
     save_figure(new, tmp_path / "new.png")
     assert is_drawn(tmp_path / "new.png")
 
@@ -277,16 +372,22 @@ def test_coordinates_show_the_errors_of_the_table(tmp_path, structures, monkeypa
 
     def record(target_um, predicted_um, particles, errors):
         drawn.update(target=target_um, predicted=predicted_um, errors=errors)
-        return original(target_um, predicted_um, particles, errors)
+        drawn["figure"] = original(target_um, predicted_um, particles, errors)
+        return drawn["figure"]
 
     monkeypatch.setattr(plot_coordinates, "draw_coordinates", record)
     path = tmp_path / "coordinates.png"
-    files = {"predicted": [structures["predicted"]], "frames": [structures["frames"]]}
+    files = {"predicted": [structures["predicted"], structures["other"]], "frames": [structures["frames"]]}
+    files["surrogates"] = ["net", "other"]
     run_script(plot_coordinates, monkeypatch, **files, target_frame=[120], figure=[path])
     # without the shift, the prediction is 1.1 times the target
-    assert np.allclose(drawn["predicted"], 1.1 * drawn["target"])
-    assert drawn["errors"] == coordinate_errors(drawn["target"], drawn["predicted"])
-    assert drawn["errors"]["x"].r2 == pytest.approx(1 - 0.1**2)
+    assert np.allclose(drawn["predicted"]["net"], 1.1 * drawn["target"])
+    assert np.allclose(drawn["predicted"]["other"], 1.2 * drawn["target"])
+    for name, predicted_um in drawn["predicted"].items():
+        assert drawn["errors"][name] == coordinate_errors(drawn["target"], predicted_um)
+    assert drawn["errors"]["net"]["x"].r2 == pytest.approx(1 - 0.1**2)
+    titles = [axes.get_title() for axes in drawn["figure"].axes if axes.get_title()]
+    assert titles == [f"{name}, {axis} axis" for name in ("net", "other") for axis in "xyz"]
     assert is_drawn(path)
 
 
@@ -309,7 +410,7 @@ def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch,
     run_script(
         render_slurry,
         monkeypatch,
-        **{name: [structures[name]] for name in structures},
+        **{name: [structures[name]] for name in ("frames", "predicted", "relaxed")},
         target_frame=[120],
         figure=[path],
     )

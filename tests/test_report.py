@@ -14,8 +14,10 @@ from matplotlib.image import imsave
 from slurrycast import study
 from slurrycast.files import InputError
 from slurrycast.network_table import read_network
-from slurrycast.report import Results, duration, listed, report_html, span, study_differences, warnings
-from slurrycast.speedup import compare_costs, dem_seconds, time_unit
+from slurrycast.page import duration, listed, span
+from slurrycast.report import Results, gain_over_affine, report_html, study_differences, warnings
+from slurrycast.speedup import HYBRID_PARTS, dem_seconds, time_unit
+from slurrycast.verdicts import judged, judged_list
 
 VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
 
@@ -47,7 +49,11 @@ CONFIG = {
         "ranks": 1,
     },
     "learning": {"input_frames": [7, 8, 9, 10], "target_frame": 120},
-    "surrogate": {"names": ["net"], "model": None, "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4}},
+    "surrogate": {
+        "names": ["affine", "net"],
+        "model": None,
+        "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4},
+    },
     "relaxation": {"steps": 50},
     "analysis": {"rdf_cutoff_um": 7.0, "rdf_bins": 120},
 }
@@ -117,10 +123,28 @@ def model(tmp_path):
     return path
 
 
+def speedup_table(surrogates: tuple[str, ...]) -> pd.DataFrame:
+    """Hybrid runs of 20 s, three fifths of it relaxation; slurry 6 is not in equilibrium, N1 has no full DEM."""
+    parts = dict.fromkeys(HYBRID_PARTS, 0.5) | {"relax_slurry": 12.0}
+    parts["run_slurry_to_input"] = 8.0 - 0.5 * (len(HYBRID_PARTS) - 2)
+    dem = {"2": (100.0, 20.0), "6": (100.0, np.nan), "N1": (np.nan, np.nan)}
+    rows = [
+        {"surrogate": name, "slurry": slurry, "clock": clock, "particles": 100}
+        | parts
+        | {"hybrid": 20.0, "dem": full, "dem_to_equilibrium": early, "ratio": full / 20}
+        | {"ratio_to_equilibrium": early / 20}
+        for clock in ("wall_s", "cpu_s")
+        for name in surrogates
+        for slurry, (full, early) in dem.items()
+    ]
+    return pd.DataFrame(rows)
+
+
 @pytest.fixture
 def results(tmp_path, model, history) -> Results:
-    """A run with one training slurry, two held out, of which "6" is the worst, and a new one."""
+    """A run of two surrogates with a training slurry, two of role test, of which "6" is the worst, and a new one."""
     roles = {"T1": "train", "2": "test", "6": "test", "N1": "new"}
+    surrogates = ("affine", "net")
     equilibrium = pd.DataFrame(
         {
             "slurry": list(roles),
@@ -144,20 +168,29 @@ def results(tmp_path, model, history) -> Results:
             ("net", "2", "hybrid", 2.2512, 44.4),
             ("net", "6", "hybrid", 2.31, 216.4),
             ("net", "N1", "hybrid", 2.2345, 44.7),
+            ("affine", "2", "hybrid", 2.2624, 44.2),
+            ("affine", "6", "hybrid", 2.163, 231.1),
+            ("affine", "N1", "hybrid", 2.2222, 45.0),
         ],
         columns=["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"],
     )
     measures = ("mse_um2", "mae_um", "r2")
     coordinate_errors = pd.DataFrame(
         [
-            ("net", slurry, axis, mse, 0.25, r2, 0.5 * mse, 0.2, r2)
+            (name, slurry, axis, factor * mse, 0.25, r2, 0.5 * factor * mse, 0.2, r2)
+            for name, factor in (("affine", 2.0), ("net", 1.0))
             for slurry, mse, r2 in (("2", 0.1234, 0.9876), ("6", 0.4321, 0.9543))
             for axis in ("x", "y", "z", "all")
         ],
         columns=["surrogate", "slurry", "axis", *measures, *(f"{name}_true_box" for name in measures)],
     )
     rdf_errors = pd.DataFrame(
-        [("net", slurry, pair, 2.1, 36, 0.0217) for slurry in ("2", "6") for pair in ("all", "NiO-8YSZ")],
+        [
+            (name, slurry, pair, 2.1, 36, difference)
+            for name, difference in (("affine", 0.0317), ("net", 0.0217))
+            for slurry in ("2", "6")
+            for pair in ("all", "NiO-8YSZ")
+        ],
         columns=["surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference"],
     )
     costs = [("train_surrogate", "net", "-", 30.0)]
@@ -167,8 +200,9 @@ def results(tmp_path, model, history) -> Results:
             ("run_slurry_to_input", "-", slurry, 5.0),
         ]
         if role != "train":
-            hybrid = (("predict_slurry", 2.0), ("wrap_slurry", 1.0), ("relax_slurry", 12.0))
-            costs += [(stage, "net", slurry, wall_s) for stage, wall_s in hybrid]
+            hybrid = (("predict_slurry", 2.0), ("wrap_slurry", 0.5), ("relax_slurry", 12.0))
+            costs += [(stage, name, slurry, wall_s) for name in surrogates for stage, wall_s in hybrid]
+            costs += [("generate_inputs", "-", slurry, 0.25), ("extract_frames", "-", slurry, 0.25)]
     costs = pd.DataFrame(costs, columns=["stage", "surrogate", "slurry", "wall_s"])
     costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0)
     segments = [{"step_start": 0, "step_end": 600, "wall_s": 20.0, "cpu_s": 20.0}]
@@ -179,11 +213,11 @@ def results(tmp_path, model, history) -> Results:
     stems = (
         "workflow",
         "learning_curves_net",
-        "coordinates_net_2",
+        "coordinates_2",
         "slurry_net_N1",
-        "density_net",
-        "rdf_net",
-        "costs_net",
+        "density",
+        "rdf",
+        "costs",
     )
     for stem in stems:
         figures[stem] = tmp_path / f"{stem}.png"
@@ -199,9 +233,9 @@ def results(tmp_path, model, history) -> Results:
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
         costs=costs,
-        speedup=pd.concat(
-            [compare_costs(costs, equilibrium, dict.fromkeys(roles, run), clock) for clock in ("wall_s", "cpu_s")]
-        ),
+        speedup=speedup_table(surrogates),
+        surrogates=surrogates,
+        descriptions={name: (f"all that {name} may see", "last frame") for name in surrogates},
         histories={"net": history},
         networks={"net": read_network(model)},
         figures=figures,
@@ -242,17 +276,6 @@ def test_a_file_that_is_no_model_is_refused(tmp_path):
         read_network(path)
 
 
-def test_costs_are_compared_slurry_by_slurry(results):
-    comparison = compare_costs(results.costs, results.equilibrium, results.runs).set_index("slurry")
-    assert list(comparison.index) == ["2", "6", "N1"]
-    assert comparison.hybrid["2"] == 5 + 2 + 1 + 12
-    assert comparison.ratio["2"] == 100 / 20
-    # half of the steps, but a fifth of the time; slurry 6 did not reach equilibrium
-    assert comparison.dem_to_equilibrium["2"] == pytest.approx(20)
-    assert np.isnan(comparison.dem_to_equilibrium["6"])
-    assert np.isnan(comparison.ratio["N1"])
-
-
 def test_dem_seconds_count_cut_segments_by_their_steps():
     segments = [(0, 100, 1.0), (100, 200, 1.0), (200, 400, 6.0)]
     run = {
@@ -289,12 +312,12 @@ def test_report_escapes_what_it_is_given(results):
 
 def test_sentences_name_the_right_slurries(results):
     text = " ".join("".join(read_page(report_html(results)).text).split())
-    assert "the largest 0.21 g/cm³ (slurry 6, 10.0% denser than its DEM)" in text
-    assert "MSE is lowest for slurry 2 and highest for slurry 6" in text
+    assert "with net, the largest 0.21 g/cm³ (slurry 6, 10.0% denser than its DEM)" in text
+    assert "With net, MSE is lowest for slurry 2 and highest for slurry 6" in text
     assert "at epoch 2, whose weights are used" in text
     assert "Not in equilibrium at its end: slurry 6" not in text  # no such figure in this run
-    assert "The full DEM takes 5 times as long as the hybrid run" in text
-    assert "60% goes into relaxation" in text
+    assert "The full DEM takes 5 (affine) and 5 (net) times as long as the hybrid run" in text
+    assert "relaxation with net (60%)" in text
 
 
 def test_warnings_come_from_the_data(results):
@@ -313,18 +336,18 @@ def test_a_sound_run_has_no_warnings(results):
 
 def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
     costs = results.costs[results.costs.stage != "train_surrogate"]
-    of_this_run = {stem: path for stem, path in results.figures.items() if stem != "coordinates_net_2"}
+    of_this_run = {stem: path for stem, path in results.figures.items() if stem != "coordinates_2"}
     config = adopting(results.config, "trained/model.keras")
     new = restricted(replace(results, costs=costs), ["N1"], config=config, figures=of_this_run)
     page = read_page(report_html(new))
     text = " ".join("".join(page.text).split())
     assert page.images == len(of_this_run)
     assert "No slurry of this run has a target to compare with" in text
-    assert "structure; there is no target" in text
+    assert "structures; there is no target" in text
     assert "there is no full DEM to compare with" in text
     assert "Fig. 6, above" not in text
     assert "– to –" not in text
-    assert "net: 1 new; 100 particles in all" in text
+    assert "affine and net: 1 new; 100 particles in all" in text
     assert "2.2345" in text
 
 
@@ -356,6 +379,82 @@ def test_a_model_trained_elsewhere_is_said(results, epochs):
     assert ("Learning curves of the adopted model" in text) == (epochs > 0)
     assert ("came without learning curves" in text) == (epochs == 0)
     assert "whose weights are used" not in text
+
+
+def with_errors(results: Results, density: float, mse: float, rdf: float, wobble: float) -> Results:
+    """Eight test slurries on which `net` has these times the errors of `affine`, give or take `wobble`, and a V1."""
+    slurries = [*map(str, range(1, 9)), "V1"]
+    scatter = np.resize([1 - wobble, 1 + wobble], len(slurries))
+    scatter[-1] = 100.0  # of the validation slurry, which must not count
+    rows = {"density": [], "coordinate_errors": [], "rdf_errors": []}
+    for slurry, factor in zip(slurries, scatter, strict=True):
+        rows["density"].append(("-", slurry, "DEM", 2.24, 100.0))
+        for name, own in (("affine", (0.01, 0.1, 0.02)), ("net", (0.01 * density, 0.1 * mse, 0.02 * rdf))):
+            errors = [value * (factor if name == "net" else 1.0) for value in own]
+            rows["density"].append((name, slurry, "hybrid", 2.24 * (1 + errors[0]), 100.0))
+            rows["coordinate_errors"] += [
+                (name, slurry, axis, errors[1], 0.2, 0.99, errors[1], 0.2, 0.99) for axis in ("x", "y", "z", "all")
+            ]
+            rows["rdf_errors"].append((name, slurry, "all", 2.1, 36, errors[2]))
+    tables = {name: pd.DataFrame(values, columns=getattr(results, name).columns) for name, values in rows.items()}
+    test = results.equilibrium[results.equilibrium.slurry == "2"]
+    roles = {slurry: "validation" if slurry == "V1" else "test" for slurry in slurries}
+    rows_of_runs = [test.assign(slurry=slurry, role=role) for slurry, role in roles.items()]
+    return replace(results, equilibrium=pd.concat(rows_of_runs, ignore_index=True), **tables)
+
+
+@pytest.mark.parametrize(
+    ("factors", "wobble", "short", "after"),
+    [
+        ((0.5, 0.5, 0.5), 0.1, "better in coordinates, density and the RDF of all particles.", ""),
+        ((2, 2, 2), 0.1, "worse in coordinates, density and the RDF of all particles.", "adds nothing to affine"),
+        (
+            (1, 0.5, 1),
+            0.1,
+            "better in coordinates; a tie in density and the RDF of all particles.",
+            "affine, which trains nothing, ties net",
+        ),
+        (
+            (2, 0.5, 1),
+            0.1,
+            "better in coordinates; worse in density; a tie in the RDF of all particles.",
+            "adds nothing to affine",
+        ),
+    ],
+)
+def test_what_the_network_adds_is_said_either_way(results, factors, wobble, short, after):
+    sentences = gain_over_affine(with_errors(results, *factors, wobble), "net")
+    assert f"is {factors[1]:.3g} times that of the affine map" in sentences[0]
+    assert sentences[-2].startswith(f"In short, net against the affine map: {short}")
+    assert after in sentences[-2]
+    assert ("adds nothing" in sentences[-2] or "ties" in sentences[-2]) == bool(after)
+    assert "over the 8 test slurries" in sentences[-1]
+
+
+def test_validation_slurries_are_shown_but_not_averaged(results):
+    validated = with_errors(results, 1, 0.5, 1, 0.1)
+    text = text_of(validated)
+    assert "V1 (validation)" in text
+    assert "Not in them: the validation slurry V1" in text
+    page = report_html(validated)
+    assert '<td class="">0.05</td>' in page  # mean MSE of net, over the test slurries
+    assert '<td class="">5</td>' in page  # that of V1, in its own row
+
+
+def test_too_few_slurries_are_not_judged(results):
+    sentences = gain_over_affine(results, "net")
+    assert all("too few slurries to judge" in sentence for sentence in sentences[:4])
+
+
+def test_verdicts():
+    assert judged(pd.Series([-1.0, -1.1, -0.9])) == "better"
+    assert judged(pd.Series([1.0, 1.1, 0.9, np.nan])) == "worse"
+    assert judged(pd.Series([-1.0, 1.0, 0.5, -0.4])) == "tie"
+    assert judged(pd.Series([-1.0, -1.1])) is None
+    assert judged(pd.Series([-1.0]), noise=1.0) == "tie"
+    assert judged(pd.Series([-1.0]), noise=0.9) == "better"
+    assert judged(pd.Series([np.nan]), noise=1.0) is None
+    assert judged_list({"a": "tie", "b": "worse", "c": "tie"}) == "worse in b; a tie in a and c"
 
 
 def test_study_differences_are_the_published_ones():

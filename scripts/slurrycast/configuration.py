@@ -6,6 +6,7 @@ directory.
 """
 
 import csv
+import dataclasses
 import difflib
 import functools
 import itertools
@@ -13,14 +14,13 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import yaml
 
-from slurrycast import forcefield, recipe
+from slurrycast import forcefield, recipe, surrogates
 from slurrycast.files import InputError, write_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -49,15 +49,16 @@ class ConfigurationError(InputError):
         self.lines = list(lines)
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Slurry:
-    """A row of the slurry table."""
+    """A row of the slurry table, or a run that follows from one; `dem` then holds the settings in which it differs."""
 
     id: str
     role: str
     mass_units: float  # in formulation.unit_mass_pg
     thickness_ratio: float  # Lz / Lx
     seed: int
+    dem: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
 # ---- schemas
@@ -357,17 +358,54 @@ def _roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         yield f"{config['slurries']}: no slurry of role test or new: must be at least one"
 
 
-def _surrogates(config: Mapping, _) -> Iterator[str]:
+def _labels(config: Mapping, _) -> Iterator[str]:
+    names, further = config["surrogate"]["names"], config["yardsticks"]["surrogates"]
+    inputs, target = config["learning"]["input_frames"], config["learning"]["target_frame"]
+    for key, labels in (("surrogate.names", names), ("yardsticks.surrogates", further)):
+        for text in labels:
+            try:
+                label = surrogates.parse(text)
+            except InputError as error:
+                yield f"{key}: {str(error).removeprefix('surrogate: ')}"
+                continue
+            surrogate, last = surrogates.load(label.name), label.last_frame
+            if last is None:
+                last = max(inputs)
+            elif surrogate.MODEL_FILE is not None:
+                yield f"{key}: {_shown(text)}: must be {label.name}, which learns from learning.input_frames only"
+            elif not 0 < last <= max(inputs) or last >= target:
+                yield f"{key}: {_shown(text)}: its last input frame must be 1 to {max(inputs)}, the last input frame"
+            if surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
+                yield f"{key}: {_shown(text)} starts at frame {last}: must be one of dem.restart_frames"
+    for text in further:
+        if text in names:
+            yield f"yardsticks.surrogates: {_shown(text)}: must not be in surrogate.names too"
+    for text in config["report"]["pictures"]:
+        if text not in names:
+            yield f"report.pictures: {_shown(text)}: must be one of surrogate.names, {', '.join(names)}"
+
+
+def _model(config: Mapping, _) -> Iterator[str]:
     names, model = config["surrogate"]["names"], config["surrogate"]["model"]
-    known = [key for key in schema("config")["properties"]["surrogate"]["properties"] if key not in ("names", "model")]
-    for name in names:
-        if name not in known:
-            yield f"surrogate.names: {_shown(name)}: must be one of {', '.join(known)}"
-    if model is not None:
-        if not Path(model).is_file():
-            yield f"surrogate.model = {_shown(model)}: no such file: must be null or a trained model.keras"
-        if len(names) != 1:
-            yield f"surrogate.names = {_shown(names)}: must be the one surrogate that surrogate.model is of"
+    if model is None:
+        return
+    if not Path(model).is_file():
+        yield f"surrogate.model = {_shown(model)}: no such file: must be null or a trained model.keras"
+    try:
+        kinds = {text: surrogates.load(surrogates.parse(text).name) for text in names}
+    except InputError:
+        return  # said elsewhere
+    of_model = [text for text, surrogate in kinds.items() if surrogate.MODEL_FILE == "model.keras"]
+    if len(of_model) != 1:
+        yield (
+            f"surrogate.names = {_shown(names)}: must hold one surrogate with a Keras model, the one that "
+            "surrogate.model is of"
+        )
+    elif not without_training(config, of_model[0]):
+        yield (
+            f"surrogate.packing_fraction = null: must be a number for {of_model[0]} with surrogate.model: the training "
+            "slurries, which would give it, are not run"
+        )
 
 
 def _model_of_this_run(config: Mapping, _) -> Iterator[str]:
@@ -377,6 +415,32 @@ def _model_of_this_run(config: Mapping, _) -> Iterator[str]:
             f"surrogate.model = {_shown(model)}: must lie outside {written}, which this run writes: "
             "choose another run.name"
         )
+
+
+def _derived_ids(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    ids = {slurry.id for slurry in slurries}
+    for key, runs in (
+        ("yardsticks.replicated", replicas(config, slurries)),
+        ("convergence.slurry", timestep_runs(config, slurries)),
+    ):
+        for run in runs:
+            if run.id in ids:
+                yield f"{key}: its run {run.id} is named like a slurry of the table: rename that slurry"
+
+
+def _convergence(config: Mapping, _) -> Iterator[str]:
+    steps_us, dem = config["convergence"]["timesteps_us"], config["dem"]
+    wrong = [step for step in steps_us if abs(step * 1e6 - round(step * 1e6)) > 1e-6 or step < 1e-6]
+    if wrong or any(a >= b for a, b in itertools.pairwise(steps_us)):
+        yield f"convergence.timesteps_us = {_shown(steps_us)}: must be whole picoseconds (1.0e-6), increasing"
+        return
+    interval_us = dem["timestep_us"] * dem["thermo_every_steps"]
+    for step in steps_us:
+        if abs(interval_us / step - round(interval_us / step)) > 1e-6:
+            yield (
+                f"convergence.timesteps_us: {_shown(step)}: must divide dem.timestep_us x dem.thermo_every_steps = "
+                f"{interval_us:.6g} us"
+            )
 
 
 def _rdf_pair(config: Mapping, _) -> Iterator[str]:
@@ -405,10 +469,78 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_steps, "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames"),
     (_frames, "dem.frames dem.restart_frames learning.input_frames learning.target_frame"),
     (_roles, "slurries surrogate.model"),
-    (_surrogates, "surrogate.names surrogate.model"),
+    (
+        _labels,
+        "surrogate.names yardsticks.surrogates report.pictures learning.input_frames learning.target_frame "
+        "dem.restart_frames",
+    ),
+    (_model, "surrogate.names surrogate.model surrogate.packing_fraction"),
     (_model_of_this_run, "run surrogate.model"),
+    (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
+    (_derived_ids, "slurries yardsticks convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
+
+
+# ---- runs that follow from the slurry table
+
+
+def replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """The replicated slurries with other seeds: 6_r1, 6_r2, ... of slurry 6."""
+    return [
+        dataclasses.replace(
+            slurry, id=f"{slurry.id}_r{k}", role="replica", seed=recipe.derived_seed(slurry.seed, f"replica {k}")
+        )
+        for slurry in slurries
+        if slurry.id in config["yardsticks"]["replicated"]
+        for k in range(1, config["yardsticks"]["replicas"] + 1)
+    ]
+
+
+def timestep_runs(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """The slurry of the convergence study with each time step and seed: V1_dt2000ps_s1, ...
+
+    They last as long as the slurry itself and have their frames and thermo rows at the same times.
+    """
+    study, dem = config["convergence"], config["dem"]
+    runs = []
+    for slurry in slurries:
+        for step_us in study["timesteps_us"] if slurry.id == study["slurry"] else []:
+            finer = dem["timestep_us"] / step_us
+            settings = {
+                "timestep_us": step_us,
+                "steps": round(dem["steps"] * finer),
+                "thermo_every_steps": round(dem["thermo_every_steps"] * finer),
+            }
+            runs += [
+                dataclasses.replace(
+                    slurry,
+                    id=f"{slurry.id}_dt{round(step_us * 1e6)}ps_s{k}",
+                    role="timestep",
+                    seed=recipe.derived_seed(slurry.seed, f"convergence {k}"),
+                    dem=settings,
+                )
+                for k in range(1, study["seeds"] + 1)
+            ]
+    return runs
+
+
+def without_training(config: Mapping, label: str) -> bool:
+    """Whether a surrogate can be asked in a run that takes a trained model and has no training slurries."""
+    surrogate = surrogates.load(surrogates.parse(label).name)
+    if surrogate.BOX_RULE == "mean_packing_fraction" and config["surrogate"]["packing_fraction"] is None:
+        return False
+    return surrogate.MODEL_FILE is None or (
+        surrogate.MODEL_FILE == "model.keras" and label in config["surrogate"]["names"]
+    )
+
+
+def dem_settings(config: Mapping, slurry: Slurry) -> dict:
+    """The section `dem` as it holds for one run: its own settings, and the damping time for its mass."""
+    settings = {**config["dem"], **slurry.dem}
+    if exponent := settings.pop("pressure_damping_exponent"):
+        settings["pressure_damping_us"] *= slurry.mass_units**exponent
+    return settings
 
 
 # ---- physics of existing results
@@ -424,7 +556,7 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     return {
         "formulation": formulation | {"order": list(formulation["phases"])},
         "force_field": config["force_field"],
-        "dem": {key: value for key, value in config["dem"].items() if key not in DEM_NOT_PHYSICS},
+        "dem": {key: value for key, value in dem_settings(config, slurry).items() if key not in DEM_NOT_PHYSICS},
         "slurry": {key: getattr(slurry, key) for key in ("mass_units", "thickness_ratio", "seed")},
     }
 
@@ -501,8 +633,9 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     for check_, keys in _CHECKS:
         if usable(keys):
             lines += check_(config, slurries)
-    if usable("run formulation force_field dem"):
-        lines += changed_physics(config, slurries, Path("results") / config["run"]["name"])
+    if usable("run formulation force_field dem yardsticks convergence"):
+        runs = [*slurries, *replicas(config, slurries), *timestep_runs(config, slurries)]
+        lines += changed_physics(config, runs, Path("results") / config["run"]["name"])
     return slurries, lines
 
 

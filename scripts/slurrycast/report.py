@@ -1,29 +1,47 @@
 """The report: one HTML file that holds all tables and figures of a run, and every sentence computed from them.
 
 `Results` is what a run has left behind; each `..._section` turns a part of it into blocks (tables, figures, text), and
-`report_html` puts them into report.html.jinja. The study's numbers stand in columns of their own.
+`report_html` puts them into report.html.jinja. The study's numbers stand in columns of their own. Every surrogate has a
+column of its own; means and ranges run over the slurries of role `test`, those of role `validation` are shown beside
+them.
 """
 
-import base64
-import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slurrycast import study
+from slurrycast.figures import surrogate_family
 from slurrycast.network_table import Network
+from slurrycast.page import (
+    FigureBlock,
+    Heading,
+    Listing,
+    Notices,
+    Points,
+    Section,
+    Table,
+    Text,
+    duration,
+    figure_block,
+    listed,
+    named,
+    number,
+    page_html,
+    pair_name,
+    span,
+)
 from slurrycast.speedup import HYBRID_PARTS, time_unit
+from slurrycast.verdicts import JUDGED_WORDS, STANDARD_ERRORS, judged, judged_list
 
-TEMPLATE = Path(__file__).with_name("report.html.jinja")
 STUDY_GROUP = "Study (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.
 DENSITY_TOLERANCE = 0.02
 AXES = ("x", "y", "z")
-# Figures have 150 pixels an inch and text of 9 to 10 points; this shows it at 13 to 15 CSS pixels.
-CSS_PIXELS_PER_PIXEL = 0.7
+AFFINE = "affine"  # what a network is held against: it learns nothing but one packing fraction
 
 
 @dataclass(frozen=True)
@@ -41,14 +59,11 @@ class Results:
     equilibrium: pd.DataFrame
     costs: pd.DataFrame
     speedup: pd.DataFrame
-    histories: Mapping[str, pd.DataFrame]
+    surrogates: Sequence[str]  # labels, in the order of columns
+    descriptions: Mapping[str, tuple[str, str]]  # what a surrogate looks at, and its rule for the final box, in words
+    histories: Mapping[str, pd.DataFrame]  # of the surrogates that are Keras models, as are the networks
     networks: Mapping[str, Network]
     figures: Mapping[str, Path]
-
-    @property
-    def surrogates(self) -> list[str]:
-        """Names of the surrogates."""
-        return list(self.networks)
 
     @property
     def adopted_model(self) -> str | None:
@@ -58,6 +73,20 @@ class Results:
     def slurries(self, *roles: str) -> list[str]:
         """Ids of the slurries in one of `roles`, in the order of the slurry table."""
         return list(self.equilibrium.slurry[self.equilibrium.role.isin(roles)])
+
+    @property
+    def test(self) -> list[str]:
+        """Ids of the slurries that means and ranges run over."""
+        return self.slurries("test")
+
+    @property
+    def compared(self) -> list[str]:
+        """Ids of the slurries that are predicted and have a target."""
+        return self.slurries("validation", "test")
+
+    def row_name(self, slurry: str) -> str:
+        """Text of a slurry at the head of a row: those that choices are made on are marked."""
+        return f"{slurry} (validation)" if slurry in self.slurries("validation") else slurry
 
     def structures(self, surrogate: str) -> pd.DataFrame:
         """Final DEM and hybrid structure of every slurry of the hybrid chain, by slurry; no DEM values for new ones.
@@ -80,125 +109,64 @@ class Results:
         table = self.coordinate_errors
         return table[(table.surrogate == surrogate) & (table.axis == axis)].set_index("slurry")
 
+    def rdf_differences(self, surrogate: str, pair: str) -> pd.Series:
+        """Mean absolute difference of target and relaxed RDF of `pair`, by slurry."""
+        table = self.rdf_errors
+        of_pair = table[(table.surrogate == surrogate) & (table.pair == pair)]
+        return of_pair.set_index("slurry").mean_abs_difference
 
-@dataclass(frozen=True)
-class Text:
-    """A paragraph."""
-
-    text: str
-    kind: str = "text"
-
-
-@dataclass(frozen=True)
-class Heading:
-    """A heading inside a section."""
-
-    text: str
-    kind: str = "heading"
+    def mean_over_test(self, values: pd.Series) -> float:
+        """Mean of `values` (by slurry) over the test slurries; NaN where there are none."""
+        return values.reindex(self.test).mean()
 
 
-@dataclass(frozen=True)
-class Listing:
-    """Text as it is, folded away."""
-
-    title: str
-    text: str
-    kind: str = "listing"
+# ---- who is better
 
 
-@dataclass(frozen=True)
-class FigureBlock:
-    """An embedded picture (data URI), its caption and the width in CSS pixels at which its text is as large as ours."""
-
-    label: str
-    caption: str
-    image: str
-    width_px: int
-    kind: str = "figure"
-
-
-@dataclass(frozen=True)
-class Table:
-    """Cells are text already; columns whose number is in `texts` are set to the left, those in `study` marked."""
-
-    label: str
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    texts: Sequence[int] = (0,)
-    study: Sequence[int] = ()
-    groups: Sequence[tuple[str, int]] = ()
-    kind: str = "table"
-
-    def style(self, column: int) -> str:
-        """CSS classes of a column."""
-        return " ".join(name for name, those in (("text", self.texts), ("study", self.study)) if column in those)
-
-
-@dataclass
-class Section:
-    """A part of the report."""
-
-    title: str
-    blocks: list = field(default_factory=list)
-
-
-# ---- numbers and words
-
-
-def number(value: float | None, form: str = ".3g") -> str:
-    """Text of a number; a dash where there is none."""
-    return "–" if value is None or pd.isna(value) else format(value, form)
-
-
-def duration(seconds: float | None) -> str:
-    """Text of a time span in the unit that fits it."""
-    if seconds is None or pd.isna(seconds):
-        return "–"
-    length_s, unit = time_unit(seconds)
-    return f"{seconds / length_s:.3g} {unit}"
-
-
-def span(values: pd.Series, form: str = ".3g", unit: str = "") -> str:
-    """Text of a range: "a to b unit", or the one value."""
-    low, high = format(values.min(), form), format(values.max(), form)
-    return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
-
-
-def listed(words: Sequence[str]) -> str:
-    """Text of a list: "a, b and c"."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else list(words))
-
-
-def named(slurries: Sequence[str]) -> str:
-    """Text of some slurries: "slurry 1", "slurries 1 and 2"."""
-    return f"{'slurry' if len(slurries) == 1 else 'slurries'} {listed(list(slurries))}"
-
-
-def pair_name(pair: str) -> str:
-    """Name of an RDF's pair in sentences and tables."""
-    return "all particles" if pair == "all" else pair
-
-
-def figure_block(results: Results, stem: str, label: str, caption: str) -> list[FigureBlock]:
-    """Block of the figure with file name `stem`; none where this run does not make it (3D pictures can be off)."""
-    from PIL import Image
-
-    if stem not in results.figures:
+def gain_over_affine(results: Results, surrogate: str) -> list[str]:
+    """Sentences on what `surrogate` adds to the affine map over the test slurries; none without both of them."""
+    mse = pd.DataFrame({name: results.errors(name).mse_um2 for name in (surrogate, AFFINE)}).reindex(results.test)
+    ratio = (mse[surrogate] / mse[AFFINE]).dropna()
+    if ratio.empty:
         return []
-    path = results.figures[stem]
-    content, kind = path.read_bytes(), "png"
-    with Image.open(path) as image:
-        width_px = round(image.width * CSS_PIXELS_PER_PIXEL)
-        if stem.startswith("slurry_"):  # 3D pictures are several times smaller as WebP
-            buffer = io.BytesIO()
-            image.convert("RGB").save(buffer, "WEBP", quality=88)
-            content, kind = buffer.getvalue(), "webp"
-    uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
-    return [FigureBlock(label, caption, uri, width_px)]
+    verdicts = {"coordinates": judged(ratio - 1)}
+    sentences = [
+        f"Coordinates: over the test slurries the MSE of {surrogate} is {ratio.mean():.3g} times that of the affine "
+        f"map on average ({span(ratio)}): {JUDGED_WORDS[verdicts['coordinates']]}."
+    ]
+    density = pd.DataFrame({name: results.structures(name).share.abs() for name in (surrogate, AFFINE)})
+    density = density.reindex(results.test)
+    verdicts["density"] = judged(density[surrogate] - density[AFFINE])
+    sentences.append(
+        f"Density after relaxation: {surrogate} is {density[surrogate].mean():.2%} from the DEM on average, the affine "
+        f"map {density[AFFINE].mean():.2%}: {JUDGED_WORDS[verdicts['density']]}."
+    )
+    for pair in dict.fromkeys(results.rdf_errors.pair):
+        rdf = pd.DataFrame({name: results.rdf_differences(name, pair) for name in (surrogate, AFFINE)})
+        rdf = rdf.reindex(results.test)
+        about = f"the RDF of {pair_name(pair)}"
+        verdicts[about] = judged(rdf[surrogate] - rdf[AFFINE])
+        sentences.append(
+            f"RDF after relaxation, {pair_name(pair)}: mean |Δg| is {rdf[surrogate].mean():.3g} with {surrogate} and "
+            f"{rdf[AFFINE].mean():.3g} with the affine map: {JUDGED_WORDS[verdicts[about]]}."
+        )
+    relaxed = {about: verdict for about, verdict in verdicts.items() if about != "coordinates"}
+    sentences.append(f"In short, {surrogate} against the affine map: {judged_list(verdicts)}.")
+    if set(relaxed.values()) == {"tie"}:
+        sentences[-1] += f" After relaxation, affine, which trains nothing, ties {surrogate}."
+    elif set(relaxed.values()) <= {"tie", "worse"}:
+        sentences[-1] += f" After relaxation, {surrogate} adds nothing to affine, which trains nothing."
+    sentences.append(
+        f"A tie means: the mean difference over the {len(ratio)} test slurries is within {STANDARD_ERRORS} of its "
+        "standard errors, taken from the scatter over the slurries."
+    )
+    return sentences
 
 
 # ---- what to keep in mind
+
+
+NO_WARNINGS = "No warnings: every DEM run that went to its end is in equilibrium."
 
 
 def warnings(results: Results) -> list[str]:
@@ -207,7 +175,7 @@ def warnings(results: Results) -> list[str]:
     notices = []
     if results.adopted_model:
         notices.append(
-            f"Surrogate {listed(results.surrogates)} was trained elsewhere ({results.adopted_model}): neither its "
+            f"Surrogate {listed(list(results.networks))} was trained elsewhere ({results.adopted_model}): neither its "
             "training range nor its recipe is known here."
         )
     notices += [f"Slurry {row.slurry}: {row.warning}." for row in equilibrium.itertuples() if row.warning]
@@ -233,58 +201,64 @@ def warnings(results: Results) -> list[str]:
 # ---- sections
 
 
-def summary_section(results: Results, comparison: pd.DataFrame) -> Section:
-    """Key results, with the study's beside them."""
+def summary_table(results: Results, comparison: pd.DataFrame) -> Table:
+    """Key results, means over the test slurries, a column a surrogate and the study's last."""
+    surrogates, test = results.surrogates, results.test
+    structures = {name: results.structures(name).reindex(test) for name in surrogates}
+    their_share, their_errors = study_shares(), pd.DataFrame(study.COORDINATE_ERRORS.values())
+
+    def largest(share: pd.Series) -> str:
+        known = share.abs().dropna()
+        return f"{known.max():.2%} (slurry {known.idxmax()})" if len(known) else "–"
+
+    def error_row(words: str, column: str, form: str, their_mean: str) -> list[str]:
+        means = [results.mean_over_test(results.errors(name)[column]) for name in surrogates]
+        return [words, *(number(mean, form) for mean in means), their_mean]
+
+    def cost_row(words: str, table: pd.DataFrame, column: str, their_ratio: str) -> list[str]:
+        means = [table[(table.surrogate == name) & table.slurry.isin(test)][column].mean() for name in surrogates]
+        return [words, *(number(mean, ".2g") for mean in means), their_ratio]
+
     rows = [
-        ["DEM runs", str(len(results.runs)), str(study.TRAINING_SLURRIES + study.HELD_OUT_SLURRIES)],
+        error_row("MSE of coordinates (µm²)", "mse_um2", ".3g", number(their_errors.mse_um2.mean())),
+        error_row("R² of coordinates", "r2", ".4f", number(their_errors.r2.mean(), ".3f")),
+        [
+            "|hybrid − DEM| density after relaxation",
+            *(number(structures[name].share.abs().mean(), ".2%") for name in surrogates),
+            f"{their_share.abs().mean():.1%}",
+        ],
+        [
+            "– largest",
+            *(largest(structures[name].share) for name in surrogates),
+            f"{their_share.abs().max():.0%} (slurry {their_share.abs().idxmax()})",
+        ],
     ]
-    for surrogate in results.surrogates:
-        prefix = f"{surrogate}: " if len(results.surrogates) > 1 else ""
-        structures = results.structures(surrogate).dropna()
-        if not structures.empty:
-            worst = structures.difference.abs().idxmax()
-            theirs = study_differences()
-            their_worst = theirs.abs().idxmax()
-            rows += [
-                [
-                    f"{prefix}Mean |hybrid − DEM| density (g/cm³)",
-                    number(structures.difference.abs().mean()),
-                    f"{theirs.abs().mean():.2f}",
-                ],
-                [
-                    f"{prefix}Largest |hybrid − DEM| density (g/cm³)",
-                    f"{abs(structures.difference[worst]):.3g} (slurry {worst}, {abs(structures.share[worst]):.1%})",
-                    f"{abs(theirs[their_worst]):.2f} (slurry {their_worst}, "
-                    f"{abs(theirs[their_worst]) / study.DEM_STRUCTURE[their_worst].density_g_cm3:.0%})",
-                ],
-            ]
-        errors = results.errors(surrogate)
-        if not errors.empty:
-            theirs = pd.DataFrame(study.COORDINATE_ERRORS.values())
-            rows += [
-                [f"{prefix}MSE of coordinates (µm²)", span(errors.mse_um2), span(theirs.mse_um2)],
-                [f"{prefix}R² of coordinates", span(errors.r2, ".4f"), span(theirs.r2, ".3f")],
-            ]
-        differences = results.rdf_errors[results.rdf_errors.surrogate == surrogate]
-        for pair, of_pair in differences.groupby("pair", sort=False):
-            label = f"{prefix}Mean |Δg(r)|, {pair_name(pair)}"
-            rows.append([label, span(of_pair.mean_abs_difference), "–"])
-        ratios = comparison.ratio[comparison.surrogate == surrogate].dropna()
-        if not ratios.empty:
-            rows.append(
-                [
-                    f"{prefix}Wall time, full DEM / hybrid",
-                    span(ratios, ".2g"),
-                    f"about {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f}",
-                ]
-            )
-    held_out = results.slurries("test", "validation")
-    new = results.slurries("new")
-    sentence = f"Ranges run over {named(held_out)}." if held_out else "No slurry has a target to compare with."
+    for pair in dict.fromkeys(results.rdf_errors.pair):
+        means = [results.mean_over_test(results.rdf_differences(name, pair)) for name in surrogates]
+        rows.append([f"|Δg(r)| after relaxation, {pair_name(pair)}", *map(number, means), "–"])
+    their_ratio = f"about {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f}"
+    rows += [
+        cost_row("Wall time, full DEM / hybrid", comparison, "ratio", their_ratio),
+        cost_row("Wall time, DEM to equilibrium / hybrid", comparison, "ratio_to_equilibrium", "–"),
+    ]
+    caption = f"Means over the test {named(test)}." if test else "No slurry of role test has a target to compare with."
+    validation, new = results.slurries("validation"), results.slurries("new")
+    if validation:
+        caption += f" Not in them: the validation {named(validation)}, which choices are made on."
     if new:
-        sentence += f" New, without a target: {named(new)}."
-    table = Table("Key results", sentence, ["", "This run", STUDY_GROUP], rows, study=(2,))
-    return Section("Summary", [table])
+        caption += f" New, without a target: {named(new)}."
+    return Table("Key results", caption, ["", *surrogates, STUDY_GROUP], rows, study=(len(surrogates) + 1,))
+
+
+def summary_section(results: Results, comparison: pd.DataFrame) -> Section:
+    """What each network adds to the affine map, in sentences, and the key results beside the study's."""
+    section = Section("Summary")
+    for surrogate in results.networks:
+        sentences = gain_over_affine(results, surrogate)
+        if sentences:
+            section.blocks += [Heading(f"What {surrogate} adds to the affine map"), Points(sentences)]
+    section.blocks.append(summary_table(results, comparison))
+    return section
 
 
 def workflow_section(results: Results) -> Section:
@@ -293,7 +267,7 @@ def workflow_section(results: Results) -> Section:
         "The workflow, drawn from its rules. Each box is one rule; an arrow means that files go from one to the other. "
         "Arrows that others imply are left out."
     )
-    return Section("Workflow", figure_block(results, "workflow", "Fig. 1", caption))
+    return Section("Workflow", figure_block(results.figures, "workflow", "Fig. 1", caption))
 
 
 def settings_section(results: Results) -> Section:
@@ -340,8 +314,8 @@ def settings_section(results: Results) -> Section:
     if not results.adopted_model:
         samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
         rows.append(["Samples (particles of the training slurries)", f"{samples:,}", f"{study.SAMPLES:,}"])
-        for surrogate in results.surrogates:
-            settings = results.config["surrogate"].get(surrogate, {})
+        for surrogate in results.networks:
+            settings = results.config["surrogate"].get(surrogate_family(surrogate), {})
             rows += [
                 [f"{words}, {surrogate}", f"{settings[key]:,}", f"{theirs:,}"]
                 for key, words, theirs in (
@@ -382,7 +356,7 @@ def settings_section(results: Results) -> Section:
     return Section("Settings and formulation", blocks)
 
 
-ROLE_WORDS = {"train": "training", "validation": "validation", "test": "held out", "new": "new"}
+ROLE_WORDS = {"train": "training", "validation": "validation", "test": "test", "new": "new"}
 
 
 def dem_section(results: Results) -> Section:
@@ -433,7 +407,7 @@ def dem_section(results: Results) -> Section:
         sentence += f" Not in equilibrium at its end: {named(flagged)}."
     frames = ", ".join(map(str, results.config["learning"]["input_frames"]))
     figure = figure_block(
-        results,
+        results.figures,
         "densification",
         "Fig. S1",
         f"Density of every slurry against time in the DEM. The band marks input frames {frames}." + sentence,
@@ -441,7 +415,17 @@ def dem_section(results: Results) -> Section:
     return Section("DEM runs", [Table("Table S2", caption, columns, rows, texts=(0, 1)), *figure])
 
 
-def network_section(results: Results, surrogate: str) -> Section:
+def surrogates_section(results: Results) -> Section:
+    """What the surrogates are, and of each network Table 2 and Fig. 2."""
+    rows = [[name, *results.descriptions[name]] for name in results.surrogates]
+    caption = "The surrogates of this run: what a prediction may depend on, and where the final box comes from."
+    blocks = [Table("Table S8", caption, ["Surrogate", "Looks at", "Box"], rows, texts=(0, 1, 2))]
+    for surrogate in results.networks:
+        blocks += [Heading(f"Network {surrogate}"), *network_blocks(results, surrogate)]
+    return Section("Surrogates", blocks)
+
+
+def network_blocks(results: Results, surrogate: str) -> list:
     """Table 2 and Fig. 2."""
     network, history = results.networks[surrogate], results.histories[surrogate]
     rows = [
@@ -475,8 +459,7 @@ def network_section(results: Results, surrogate: str) -> Section:
         if best.epoch == last.epoch and len(history) > 1 and not results.adopted_model:
             caption += " The lowest value is in the last epoch: more epochs may lower it further."
         caption += f" The study trains for {study.EPOCHS:,} epochs at batch {study.BATCH_SIZE}."
-    blocks += figure_block(results, f"learning_curves_{surrogate}", "Fig. 2", caption)
-    return Section(f"Surrogate {surrogate}", blocks)
+    return blocks + figure_block(results.figures, f"learning_curves_{surrogate}", "Fig. 2", caption)
 
 
 def study_differences() -> pd.Series:
@@ -489,19 +472,27 @@ def study_differences() -> pd.Series:
     )
 
 
-def coordinates_caption(results: Results, surrogate: str, slurry: str) -> str:
+def study_shares() -> pd.Series:
+    """Hybrid less DEM density in the study as a share of the DEM's, by slurry."""
+    dem = pd.Series({slurry: structure.density_g_cm3 for slurry, structure in study.DEM_STRUCTURE.items()})
+    return study_differences() / dem
+
+
+def coordinates_caption(results: Results, slurry: str) -> str:
     """What the panels of one slurry show."""
-    per_axis = {axis: results.errors(surrogate, axis).loc[slurry] for axis in AXES}
-    overall = results.errors(surrogate).loc[slurry]
-    worst = max(AXES, key=lambda axis: per_axis[axis].mse_um2)
+    parts = []
+    for surrogate in results.surrogates:
+        per_axis = {axis: results.errors(surrogate, axis).loc[slurry] for axis in AXES}
+        worst = max(AXES, key=lambda axis, errors=per_axis: errors[axis].mse_um2)
+        mse = results.errors(surrogate).loc[slurry].mse_um2
+        parts.append(f"{mse:.3g} µm² ({surrogate}, largest along {worst})")
     caption = (
-        f"R² is {' / '.join(f'{per_axis[axis].r2:.4f}' for axis in AXES)} on x / y / z. MSE is {overall.mse_um2:.3g} "
-        f"µm² over all axes, largest along {worst} ({per_axis[worst].mse_um2:.3g} µm²); rescaled to the true box it is "
-        f"{overall.mse_um2_true_box:.3g} µm² over all axes."
+        f"MSE over all axes is {listed(parts)}. Upper panels have one scale for all surrogates, the deviations below "
+        "them one each."
     )
     if slurry in study.R2_PER_AXIS:
         theirs = " / ".join(f"{study.R2_PER_AXIS[slurry][axis]:.3f}" for axis in AXES)
-        caption += f" The study, at its own scale, has R² of {theirs} for its slurry {slurry}."
+        caption += f" The study, at its own scale, has R² of {theirs} on x / y / z for its slurry {slurry}."
     return caption
 
 
@@ -522,100 +513,142 @@ def picture_caption(results: Results, surrogate: str, slurry: str) -> str:
     )
 
 
-def density_table(results: Results, surrogate: str) -> Table:
-    """Table 3."""
-    structures = results.structures(surrogate).dropna()
-    rows = []
-    for slurry, row in structures.iterrows():
+def density_tables(results: Results) -> list[Table]:
+    """Table 3, density and volume."""
+    structures = {name: results.structures(name) for name in results.surrogates}
+    count = len(structures)
+    densities, volumes = [], []
+    for slurry in results.compared:
+        ours = [table.loc[slurry] for table in structures.values()]
         theirs = study.DEM_STRUCTURE.get(slurry), study.HYBRID_STRUCTURE.get(slurry)
-        if None in theirs:
-            beside = ["–"] * 5
-        else:
+        density_beside, volume_beside = ["–"] * 3, ["–"] * 2
+        if None not in theirs:
             dem, hybrid = theirs
             share = hybrid.density_g_cm3 / dem.density_g_cm3 - 1
-            beside = [f"{dem.density_g_cm3:.4f}", f"{hybrid.density_g_cm3:.4f}", f"{share:+.1%}"]
-            beside += [f"{dem.volume_um3:,.0f}", f"{hybrid.volume_um3:,.0f}"]
-        ours = [f"{row.dem_density:.4f}", f"{row.density:.4f}", f"{row.share:+.1%}"]
-        rows.append([slurry, *ours, f"{row.dem_volume:,.1f}", f"{row.volume:,.1f}", *beside])
-    caption = f"Density and volume of the final microstructure, full DEM and hybrid. {density_sentence(structures)}"
-    columns = ["Slurry", *["DEM (g/cm³)", "hybrid (g/cm³)", "difference", "DEM (µm³)", "hybrid (µm³)"] * 2]
-    groups = [("", 1), ("This run", 5), (STUDY_GROUP, 5)]
-    return Table("Table 3", caption, columns, rows, study=range(6, 11), groups=groups)
+            density_beside = [f"{dem.density_g_cm3:.4f}", f"{hybrid.density_g_cm3:.4f}", f"{share:+.1%}"]
+            volume_beside = [f"{dem.volume_um3:,.0f}", f"{hybrid.volume_um3:,.0f}"]
+        name = results.row_name(slurry)
+        values = [f"{row.density:.4f}" for row in ours] + [f"{row.share:+.2%}" for row in ours]
+        densities.append([name, f"{ours[0].dem_density:.4f}", *values, *density_beside])
+        volumes.append([name, f"{ours[0].dem_volume:,.1f}", *(f"{row.volume:,.1f}" for row in ours), *volume_beside])
+    if results.test:
+        shares = [number(results.mean_over_test(table.share.abs()), ".2%") for table in structures.values()]
+        theirs = f"{study_shares().abs().mean():.1%}"
+        densities.append(["mean, test, absolute", *["–"] * (1 + count), *shares, "–", "–", theirs])
+    caption = f"Density of the final microstructure, full DEM and hybrid. {density_sentence(results)}"
+    columns = ["Slurry", "DEM", *structures, *structures, "DEM", "hybrid", "difference"]
+    groups = [("", 1), ("Density (g/cm³)", 1 + count), ("Hybrid against DEM", count), (STUDY_GROUP, 3)]
+    beside = range(2 + 2 * count, 5 + 2 * count)
+    tables = [Table("Table 3", caption, columns, densities, study=beside, groups=groups)]
+    columns = ["Slurry", "DEM", *structures, "DEM", "hybrid"]
+    groups = [("", 1), ("Volume (µm³)", 1 + count), (STUDY_GROUP, 2)]
+    caption = "Volume of the final microstructure, full DEM and hybrid."
+    beside = range(2 + count, 4 + count)
+    return [*tables, Table("Table 3, volumes", caption, columns, volumes, study=beside, groups=groups)]
 
 
-def density_sentence(structures: pd.DataFrame) -> str:
-    """How far hybrid densities are from the DEM's."""
-    worst = structures.difference.abs().idxmax()
-    share = structures.share[worst]
+def density_sentence(results: Results) -> str:
+    """How far hybrid densities are from the DEM's, over the test slurries."""
+    parts = []
+    for surrogate in results.surrogates:
+        known = results.structures(surrogate).reindex(results.test).dropna()
+        if known.empty:
+            continue
+        worst = known.difference.abs().idxmax()
+        share = known.share[worst]
+        parts.append(
+            f"{known.difference.abs().mean():.3g} g/cm³ with {surrogate}, the largest "
+            f"{abs(known.difference[worst]):.3g} g/cm³ (slurry {worst}, {abs(share):.1%} "
+            f"{'denser' if share > 0 else 'less dense'} than its DEM)"
+        )
+    if not parts:
+        return "No slurry of role test has a target to compare with."
+    theirs = study_differences().abs()
     return (
-        f"The mean absolute difference of density is {structures.difference.abs().mean():.3g} g/cm³, the largest "
-        f"{abs(structures.difference[worst]):.3g} g/cm³ (slurry {worst}, {abs(share):.1%} "
-        f"{'denser' if share > 0 else 'less dense'} than its DEM); the study has "
-        f"{study_differences().abs().mean():.2f} and {study_differences().abs().max():.2f} g/cm³."
+        f"The mean absolute difference of density over the test slurries is {'; '.join(parts)}. The study has "
+        f"{theirs.mean():.2f} and {theirs.max():.2f} g/cm³."
     )
 
 
-def density_figure(results: Results, surrogate: str) -> list[FigureBlock]:
+def density_figure(results: Results) -> list[FigureBlock]:
     """Fig. S2: all slurries of the hybrid chain."""
-    structures = results.structures(surrogate).dropna()
-    if structures.empty:
-        caption = "Final density of the hybrid chain; there is no full DEM to compare with."
+    if results.compared:
+        caption = (
+            "Final density of the full DEM and of every surrogate's hybrid chain, and how far the two are apart. The "
+            "band is ±1 %; beyond it the lower scale is logarithmic."
+        )
     else:
-        caption = f"Final density of the full DEM and the hybrid chain. {density_sentence(structures)}"
-    return figure_block(results, f"density_{surrogate}", "Fig. S2", caption)
+        caption = "Final density of the hybrid chain; there is no full DEM to compare with."
+    return figure_block(results.figures, "density", "Fig. S2", caption)
 
 
-def coordinate_table(results: Results, surrogate: str) -> Table:
-    """Table 4."""
-    errors = results.errors(surrogate)
-    rows = []
-    for slurry, row in errors.iterrows():
-        theirs = study.COORDINATE_ERRORS.get(slurry)
-        per_axis = " / ".join(f"{results.errors(surrogate, axis).loc[slurry].r2:.3f}" for axis in AXES)
-        rows.append(
-            [
-                slurry,
-                *(number(row[name]) for name in ("mse_um2", "mae_um")),
-                f"{row.r2:.4f}",
-                per_axis,
-                *(number(row[name]) for name in ("mse_um2_true_box", "mae_um_true_box")),
-                f"{row.r2_true_box:.4f}",
-                *(["–"] * 3 if theirs is None else [f"{theirs.mse_um2}", f"{theirs.mae_um}", f"{theirs.r2}"]),
+def coordinate_tables(results: Results) -> list[Table]:
+    """Table 4: MSE and R2 in the own box, which are primary; MAE, and MSE in the true box."""
+    errors = {name: results.errors(name) for name in results.surrogates}
+    count = len(errors)
+    their_mean = pd.DataFrame(study.COORDINATE_ERRORS.values()).mean()
+
+    def rows(forms: Mapping[str, str], theirs: Sequence[str]) -> list[list[str]]:
+        """Rows of the columns named in `forms`, every one for all surrogates, and of the study's in `theirs`."""
+        lines = []
+        for slurry in results.compared:
+            known = study.COORDINATE_ERRORS.get(slurry)
+            ours = [number(table[name][slurry], form) for name, form in forms.items() for table in errors.values()]
+            beside = ["–" if known is None else f"{getattr(known, name)}" for name in theirs]
+            lines.append([results.row_name(slurry), *ours, *beside])
+        if results.test:
+            values = [
+                (results.mean_over_test(table[name]), form) for name, form in forms.items() for table in errors.values()
             ]
-        )
+            means = [number(value, form) for value, form in values]
+            lines.append(["mean, test", *means, *(number(their_mean[name]) for name in theirs)])
+        return lines
+
     caption = (
-        "Errors of the predicted coordinates before relaxation, over all axes, in each prediction's own box (primary) "
-        "and rescaled to the true box."
+        "Errors of the predicted coordinates before relaxation, over all axes, in each prediction's own box (the "
+        "primary measure)."
     )
-    if not errors.empty:
-        worst, best = errors.mse_um2.idxmax(), errors.mse_um2.idxmin()
-        caption += f" MSE is lowest for slurry {best} and highest for slurry {worst}."
-        gain = 1 - (errors.mse_um2_true_box / errors.mse_um2)
-        most = gain.idxmax()
-        if gain[most] > 0:
-            caption += (
-                f" The error of the predicted box makes up most for slurry {most}: "
-                f"knowing the true box would lower its MSE by {gain[most]:.0%}."
-            )
-    columns = ["Slurry", "MSE (µm²)", "MAE (µm)", "R²", "R² x / y / z"]
-    columns += ["MSE (µm²)", "MAE (µm)", "R²"] * 2
-    groups = [("", 1), ("This run, own box", 4), ("This run, true box", 3), (STUDY_GROUP, 3)]
-    return Table("Table 4", caption, columns, rows, study=range(8, 11), groups=groups)
-
-
-def rdf_caption(results: Results, surrogate: str) -> str:
-    """What the RDF panels show."""
-    errors = results.rdf_errors[results.rdf_errors.surrogate == surrogate]
-    if errors.empty:
-        return "Radial distribution functions of the predicted and the relaxed structure; there is no target."
-    cutoff_um = results.config["analysis"]["rdf_cutoff_um"]
-    caption = "Radial distribution functions of the target, the predicted and the relaxed structure. "
-    for pair, of_pair in errors.groupby("pair", sort=False):
-        worst = of_pair.loc[of_pair.mean_abs_difference.idxmax()]
+    second = "Mean absolute error, and MSE with the prediction rescaled to the true box."
+    for surrogate, table in errors.items():
+        tested = table.reindex(results.test).dropna()
+        if tested.empty:
+            continue
         caption += (
-            f"For {pair_name(pair)} the relaxed curve is {span(of_pair.mean_abs_difference)} "
-            f"from the target on average, farthest for slurry {worst.slurry}. "
+            f" With {surrogate}, MSE is lowest for slurry {tested.mse_um2.idxmin()} and highest for slurry "
+            f"{tested.mse_um2.idxmax()}."
         )
+        gain = 1 - tested.mse_um2_true_box / tested.mse_um2
+        if gain.max() > 0:
+            second += (
+                f" With {surrogate}, knowing the true box would lower the MSE most for slurry {gain.idxmax()}, by "
+                f"{gain.max():.0%}."
+            )
+    groups = [("", 1), ("MSE (µm²)", count), ("R²", count), (STUDY_GROUP, 2)]
+    columns = ["Slurry", *errors, *errors, "MSE (µm²)", "R²"]
+    own = rows({"mse_um2": ".3g", "r2": ".4f"}, ["mse_um2", "r2"])
+    beside = range(1 + 2 * count, 3 + 2 * count)
+    tables = [Table("Table 4", caption, columns, own, study=beside, groups=groups)]
+    groups = [("", 1), ("MAE (µm)", count), ("MSE in the true box (µm²)", count), (STUDY_GROUP, 1)]
+    columns = ["Slurry", *errors, *errors, "MAE (µm)"]
+    true = rows({"mae_um": ".3g", "mse_um2_true_box": ".3g"}, ["mae_um"])
+    return [*tables, Table("Table 4, continued", second, columns, true, study=beside[:1], groups=groups)]
+
+
+def rdf_caption(results: Results) -> str:
+    """What the RDF panels show."""
+    errors = results.rdf_errors
+    if errors.empty:
+        return "Radial distribution functions of the relaxed structures; there is no target."
+    cutoff_um = results.config["analysis"]["rdf_cutoff_um"]
+    caption = "Radial distribution functions of the target and of every surrogate's relaxed structure. "
+    for pair in dict.fromkeys(errors.pair):
+        parts = []
+        for surrogate in results.surrogates:
+            known = results.rdf_differences(surrogate, pair).reindex(results.test).dropna()
+            if not known.empty:
+                parts.append(f"{span(known)} ({surrogate}, farthest for slurry {known.idxmax()})")
+        if parts:
+            caption += f"For {pair_name(pair)} the mean distance from the target is {listed(parts)}. "
     if errors.r_max_um.min() < 0.99 * cutoff_um:
         caption += (
             f"Curves end at {span(errors.r_max_um, '.2f', ' µm')} instead of {cutoff_um:g} µm, since distances beyond "
@@ -627,32 +660,45 @@ def rdf_caption(results: Results, surrogate: str) -> str:
     )
 
 
-def rdf_figure(results: Results, surrogate: str) -> list[FigureBlock]:
+def rdf_figure(results: Results) -> list[FigureBlock]:
     """Fig. 6: all slurries of the hybrid chain."""
-    return figure_block(results, f"rdf_{surrogate}", "Fig. 6", rdf_caption(results, surrogate))
+    return figure_block(results.figures, "rdf", "Fig. 6", rdf_caption(results))
 
 
-def rdf_table(results: Results, surrogate: str) -> Table:
-    """Table S3."""
-    errors = results.rdf_errors[results.rdf_errors.surrogate == surrogate]
+def rdf_table(results: Results) -> Table:
+    """Table S3. The range of a slurry depends on the boxes of the surrogates, so it has the shortest and longest."""
+    errors = results.rdf_errors
     pairs = list(dict.fromkeys(errors.pair))
+    differences = [results.rdf_differences(name, pair) for pair in pairs for name in results.surrogates]
     rows = []
-    for slurry, of_slurry in errors.groupby("slurry", sort=False):
-        by_pair = of_slurry.set_index("pair").mean_abs_difference
-        first = of_slurry.iloc[0]
-        values = [number(by_pair.get(pair)) for pair in pairs]
-        rows.append([slurry, f"{first.r_max_um:.3f}", f"{first.bins:.0f}", *values])
+    for slurry in results.compared:
+        ranges = errors[errors.slurry == slurry]
+        values = [number(by_slurry.get(slurry)) for by_slurry in differences]
+        rows.append([results.row_name(slurry), span(ranges.r_max_um), span(ranges.bins, ".0f"), *values])
+    if results.test:
+        rows.append(["mean, test", "", "", *(number(results.mean_over_test(by_slurry)) for by_slurry in differences)])
     caption = "Mean absolute difference of the RDF of target and relaxed structure over all bins up to r max."
-    columns = ["Slurry", "r max (µm)", "Bins", *map(pair_name, pairs)]
-    return Table("Table S3", caption, columns, rows)
+    columns = ["Slurry", "r max (µm)", "Bins", *list(results.surrogates) * len(pairs)]
+    groups = [("", 3), *((pair_name(pair), len(results.surrogates)) for pair in pairs)]
+    return Table("Table S3", caption, columns, rows, groups=groups)
 
 
-def prediction_section(results: Results, surrogate: str) -> Section:
+def pictures(results: Results, slurries: Sequence[str]) -> list[FigureBlock]:
+    """Fig. 4: 3D pictures of `slurries`, for the surrogates that have them."""
+    blocks = []
+    for slurry in slurries:
+        for surrogate in results.surrogates:
+            label = f"Fig. 4, slurry {slurry}, {surrogate}"
+            stem = f"slurry_{surrogate}_{slurry}"
+            if stem in results.figures:
+                blocks += figure_block(results.figures, stem, label, picture_caption(results, surrogate, slurry))
+    return blocks
+
+
+def prediction_section(results: Results) -> Section:
     """Fig. 3 to 6, Tables 3, 4 and S3: slurries with a target."""
-    complete = results.slurries("validation", "test")
-    compared = [slurry for slurry in results.structures(surrogate).index if slurry in complete]
-    section = Section(f"Hybrid against DEM, {surrogate}")
-    if not compared:
+    section = Section("Hybrid against DEM")
+    if not results.compared:
         section.blocks.append(Text("No slurry of this run has a target to compare with."))
         return section
     section.blocks += [
@@ -662,25 +708,25 @@ def prediction_section(results: Results, surrogate: str) -> Section:
             "its mean over the particles; the lower panels show predicted less target. R² mostly says how large the "
             "box is against the error, so the deviations and the MSE are what to compare."
         ),
+        *coordinate_tables(results),
     ]
-    for place, slurry in enumerate(compared):
-        label = f"Fig. {3 if place == 0 else 5}, slurry {slurry}"
-        section.blocks += figure_block(
-            results, f"coordinates_{surrogate}_{slurry}", label, coordinates_caption(results, surrogate, slurry)
-        )
-    section.blocks += [coordinate_table(results, surrogate), Heading("Microstructures")]
-    pictures = []
-    for slurry in compared:
-        caption = picture_caption(results, surrogate, slurry)
-        pictures += figure_block(results, f"slurry_{surrogate}_{slurry}", f"Fig. 4, slurry {slurry}", caption)
-    section.blocks += pictures or [Text("3D pictures are off in this configuration (report.pictures).")]
+    for place, slurry in enumerate(results.compared):
+        stem = f"coordinates_{slurry}"
+        if stem in results.figures:
+            label = f"Fig. {3 if place == 0 else 5}, slurry {slurry}"
+            section.blocks += figure_block(results.figures, stem, label, coordinates_caption(results, slurry))
     section.blocks += [
         Heading("Density and volume"),
-        density_table(results, surrogate),
-        *density_figure(results, surrogate),
+        *density_tables(results),
+        *density_figure(results),
         Heading("Radial distribution functions"),
-        *rdf_figure(results, surrogate),
-        rdf_table(results, surrogate),
+        *rdf_figure(results),
+        rdf_table(results),
+        Heading("Microstructures"),
+        *(
+            pictures(results, results.compared)
+            or [Text("This configuration asks for no 3D pictures (report.pictures).")]
+        ),
     ]
     return section
 
@@ -690,7 +736,7 @@ def new_section(results: Results) -> Section | None:
     new = results.slurries("new")
     if not new:
         return None
-    rows, pictures = [], []
+    rows = []
     expected = results.config["formulation"]["expected_density_g_cm3"]
     equilibrium = results.equilibrium.set_index("slurry")
     for surrogate in results.surrogates:
@@ -709,12 +755,6 @@ def new_section(results: Results) -> Section | None:
                     f"{structure.volume:,.1f}",
                 ]
             )
-            pictures += figure_block(
-                results,
-                f"slurry_{surrogate}_{slurry}",
-                f"Fig. 4, slurry {slurry}",
-                picture_caption(results, surrogate, slurry),
-            )
     columns = [
         "Slurry",
         "Surrogate",
@@ -729,53 +769,72 @@ def new_section(results: Results) -> Section | None:
         "New slurries: the DEM stops at the last input frame and the surrogate takes over. There is no target, so "
         "there are no errors."
     )
-    if results.slurries("validation", "test"):
+    if results.compared:
         curves = [Text("Their densities are in Fig. S2 and their radial distribution functions in Fig. 6, above.")]
     else:
-        curves = [
-            block
-            for surrogate in results.surrogates
-            for block in (*density_figure(results, surrogate), *rdf_figure(results, surrogate))
+        curves = [*density_figure(results), *rdf_figure(results)]
+    table = Table("Table S4", caption, columns, rows, texts=(0, 1))
+    return Section("New slurries", [table, *pictures(results, new), *curves])
+
+
+def ratio_table(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) -> Table:
+    """How many times the hybrid run fits into the DEM, for every slurry and surrogate."""
+    kinds = (
+        (comparison, "ratio", "Whole DEM / hybrid, wall time"),
+        (comparison, "ratio_to_equilibrium", "DEM to equilibrium / hybrid, wall time"),
+        (cpu, "ratio", "Whole DEM / hybrid, CPU time"),
+    )
+    by_pair = [(table.set_index(["surrogate", "slurry"])[column], words) for table, column, words in kinds]
+    rows = [
+        [
+            results.row_name(slurry),
+            *(number(ratio.get((name, slurry)), ".2f") for ratio, _ in by_pair for name in results.surrogates),
         ]
-    return Section("New slurries", [Table("Table S4", caption, columns, rows, texts=(0, 1)), *pictures, *curves])
+        for slurry in results.compared
+    ]
+    columns = ["Slurry", *list(results.surrogates) * len(kinds)]
+    groups = [("", 1), *((words, len(results.surrogates)) for _, words in by_pair)]
+    return Table("Table S5, ratios", "How many times the hybrid run fits into the DEM.", columns, rows, groups=groups)
 
 
 def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) -> Section:
     """Fig. S3 and Tables S5, S6: what each slurry and each stage took."""
     section = Section("Cost")
-    length_s, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
-    many = len(results.surrogates) > 1
-    rows = [
-        [
-            f"{row.slurry} ({row.surrogate})" if many else row.slurry,
-            *(number(getattr(row, stage) / length_s) for stage in HYBRID_PARTS),
-            *(number(seconds / length_s) for seconds in (row.hybrid, row.dem, row.dem_to_equilibrium)),
-            *(number(ratio, ".2f") for ratio in (row.ratio, row.ratio_to_equilibrium, cpu_ratio)),
-        ]
-        for row, cpu_ratio in zip(comparison.itertuples(), cpu.ratio, strict=True)
-    ]
-    columns = ["Slurry", "DEM to input", "Prediction", "Wrapping", "Relaxation", "Sum"]
-    columns += ["Whole run", "To equilibrium", "Whole run", "To equilibrium", "Whole run, CPU time"]
-    groups = [("", 1), (f"Hybrid ({unit})", 5), (f"Full DEM ({unit})", 2), ("Full DEM / hybrid", 3)]
+    scope = results.test or list(dict.fromkeys(comparison.slurry))
+    shown = comparison[comparison.slurry.isin(scope)]
+    length_s, unit = time_unit(shown[["dem", "hybrid"]].max(axis=None))
+    seconds = [*HYBRID_PARTS, "hybrid", "dem", "dem_to_equilibrium"]
+    rows = []
+    for surrogate in results.surrogates:
+        means = shown.loc[shown.surrogate == surrogate, seconds].mean()
+        rows.append([surrogate, *(number(means[column] / length_s) for column in seconds)])
+    columns = ["Surrogate", *HYBRID_PARTS.values(), "sum", "whole run", "to equilibrium"]
+    groups = [("", 1), (f"Hybrid ({unit})", len(HYBRID_PARTS) + 1), (f"Full DEM ({unit})", 2)]
     caption = (
-        f"Wall time of each slurry in {unit}, start-up of programs included. The study, at its own, larger scale and "
-        f"on other machines: {study.FULL_DEM_MIN:,} min full DEM, about {study.HYBRID_MIN} min hybrid, "
-        f"{study.FULL_DEM_MIN / study.HYBRID_MIN:.0f} times; whether the DEM up to the input frames is inside the "
-        f"{study.HYBRID_MIN} min is not stated."
+        f"Mean wall time of a slurry in {unit} over {named(scope)}, start-up of programs included. The study, at its "
+        f"own, larger scale and on other machines: {study.FULL_DEM_MIN:,} min full DEM, about {study.HYBRID_MIN} min "
+        f"hybrid, {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f} times; whether the DEM up to the input frames is inside "
+        f"the {study.HYBRID_MIN} min is not stated. CPU time too, and every slurry: tables/speedup.csv."
     )
-    finite = comparison.dropna(subset=["ratio"])
+    parts_table = Table("Table S5", caption, columns, rows, groups=groups)
+
     sentence = "Wall time of the hybrid run with its parts. No slurry was run both ways."
+    finite = shown.dropna(subset=["ratio"])
+    blocks = [parts_table]
     if not finite.empty:
-        parts = finite[list(HYBRID_PARTS)].sum()
-        sentence = (
-            "Wall time of the full DEM and of the hybrid run with its parts. "
-            f"The full DEM takes {span(finite.ratio, '.2g')} times as long as the hybrid run, most for slurry "
-            f"{finite.slurry[finite.ratio.idxmax()]}; of the hybrid time, {parts.max() / parts.sum():.0%} goes into "
-            f"{HYBRID_PARTS[parts.idxmax()]}, its largest part."
-        )
-        early = finite.ratio_to_equilibrium.dropna()
-        if not early.empty:
-            sentence += f" Against the DEM up to its equilibrium the ratio is {span(early, '.2g')}."
+        sentence = "Wall time of the full DEM and of the hybrid run with its parts."
+        ratios, early, largest = [], [], []
+        for surrogate, own in finite.groupby("surrogate", sort=False):
+            parts = own[list(HYBRID_PARTS)].sum()
+            ratios.append(f"{span(own.ratio, '.2g')} ({surrogate})")
+            if own.ratio_to_equilibrium.notna().any():
+                early.append(f"{span(own.ratio_to_equilibrium.dropna(), '.2g')} ({surrogate})")
+            largest.append(f"{HYBRID_PARTS[parts.idxmax()]} with {surrogate} ({parts.max() / parts.sum():.0%})")
+        sentence += f" The full DEM takes {listed(ratios)} times as long as the hybrid run."
+        if early:
+            sentence += f" The DEM up to its own equilibrium takes {listed(early)} times as long."
+        sentence += f" The largest part of the hybrid time is {listed(largest)}."
+        blocks.append(ratio_table(results, comparison, cpu))
     if results.adopted_model:
         sentence += " Not in it: what the training of the model took elsewhere."
     training = results.costs[results.costs.stage == "train_surrogate"]
@@ -784,15 +843,16 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
         "training slurries."
         for row in training.itertuples()
     )
-    for surrogate in results.surrogates:
-        section.blocks += figure_block(
-            results,
-            f"costs_{surrogate}",
+    section.blocks += [
+        *figure_block(
+            results.figures,
+            "costs",
             "Fig. S3",
             f"{sentence} The study, at its own scale, has {study.FULL_DEM_MIN:,} min against about "
             f"{study.HYBRID_MIN} min.",
-        )
-    section.blocks.append(Table("Table S5", caption, columns, rows, groups=groups))
+        ),
+        *blocks,
+    ]
     stages = results.costs[results.costs.stage != "run_slurry_to_input"].groupby("stage", sort=False)
     rows = [
         [
@@ -843,30 +903,23 @@ def build_sections(results: Results) -> list[Section]:
         workflow_section(results),
         settings_section(results),
         dem_section(results),
+        surrogates_section(results),
+        prediction_section(results),
+        new_section(results),
+        cost_section(results, comparison, cpu),
+        provenance_section(results),
     ]
-    for surrogate in results.surrogates:
-        sections += [network_section(results, surrogate), prediction_section(results, surrogate)]
-    sections += [new_section(results), cost_section(results, comparison, cpu), provenance_section(results)]
     return [section for section in sections if section is not None]
 
 
 def report_html(results: Results) -> str:
-    """The whole report as one HTML text that loads nothing from elsewhere."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATE.parent), autoescape=True, undefined=jinja2.StrictUndefined
-    )
+    """The whole report."""
     groups = (("to train on", ["train"]), ("held out", ["validation", "test"]), ("new", ["new"]))
     counts = [f"{len(results.slurries(*roles))} {words}" for words, roles in groups if results.slurries(*roles)]
     lead = (
         f"Tape-casting slurries by DEM and by a hybrid of DEM and {listed(results.surrogates)}: {listed(counts)}; "
         f"{results.equilibrium.particles.sum():,} particles in all."
     )
-    return environment.get_template(TEMPLATE.name).render(
-        title=f"SlurryCast report: {results.config['run']['name']}",
-        lead=lead,
-        warnings=warnings(results),
-        sections=build_sections(results),
-        study=study,
-    )
+    notices = Notices("To keep in mind", warnings(results), NO_WARNINGS)
+    title = f"SlurryCast report: {results.config['run']['name']}"
+    return page_html(title, lead, notices, build_sections(results))

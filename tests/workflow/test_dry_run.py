@@ -39,9 +39,9 @@ def own(tmp_path: Path, **sections: dict) -> Path:
     return path
 
 
-@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full"])
+@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full", "size", "size_clock"])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
-    done = plan(f"config/{scale}.yaml")
+    done = plan(f"config/{scale}.yaml", "all", *([] if scale.startswith("size") else ["yardsticks", "convergence"]))
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
     assert "snakemake" in imported
@@ -53,9 +53,27 @@ def test_ids_with_underscores(tmp_path):
     rows = [("T_1", "train", 1), ("vgg16_1", "test", 2), ("6_r1", "test", 3), ("new_1", "new", 4)]
     lines = [f"{name}\t{role}\t1\t1.0\t{seed}" for name, role, seed in rows]
     table.write_text("\n".join(["id\trole\tmass_units\tthickness_ratio\tseed", *lines, ""]))
-    done = plan(own(tmp_path, slurries=str(table), report={"pictures": True}))
+    done = plan(own(tmp_path, slurries=str(table), report={"pictures": ["vgg16"]}))
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "figures/coordinates_vgg16_6_r1.png" in done.stdout
+    assert "figures/coordinates_6_r1.png" in done.stdout
+    assert "figures/slurry_vgg16_6_r1.png" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("target", "expected"),
+    [
+        ("yardsticks", "yardsticks.replicated: '8': must be one of 1, 2 for this target"),
+        ("convergence", "convergence.slurry: 'V9': must be one of T1, T2, T3, 1, 2 for this target"),
+    ],
+)
+def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path, target, expected):
+    tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())
+    wrong = {"yardsticks": tiny["yardsticks"] | {"replicated": ["8"]}, "convergence": {"slurry": "V9"}}
+    config = own(tmp_path, **wrong)
+    assert plan(config).returncode == 0
+    done = plan(config, target)
+    assert done.returncode == 1
+    assert expected in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(("ranks", "resources"), [(1, "mpi=, tasks=1"), (2, "mpi=mpiexec, tasks=2")])

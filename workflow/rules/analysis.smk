@@ -159,7 +159,9 @@ rule collect_costs:
             *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
             *expand(rules.extract_frames.output.cost, slurry=SLURRIES),
             *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
-            *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=SURROGATES),
+            *([rules.measure_packing.output.cost] if BOXED else []),
+            *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
+            *expand(f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json", surrogate=FITTED),
             *expand(
                 [
                     rules.predict_slurry.output.cost,
@@ -217,7 +219,9 @@ rule compare_costs:
         f"{RESULTS}/benchmarks/compare_costs.tsv"
     conda:
         "../../envs/analysis.yaml"
+    params:
+        input_steps=input_steps(SURROGATES),
     shell:
         "python {input.script:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
-        " --run-json {input.runs:q} --table {output.table:q}"
+        " --run-json {input.runs:q} --input-steps {params.input_steps:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"

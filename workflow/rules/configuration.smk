@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
-from slurrycast import configuration
+from slurrycast import configuration, surrogates
 from slurrycast.dependencies import modules
 from slurrycast.lammps_run import steps_per_frame
 from slurrycast.recipe import particle_counts, particle_types
@@ -30,8 +30,22 @@ TRAINING_NEEDED = config["surrogate"]["model"] is None
 if not TRAINING_NEEDED:
     SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # nothing would use them
 
+REPLICAS = {run.id: run for run in configuration.replicas(config, SLURRIES.values())}
+TIMESTEP_RUNS = {run.id: run for run in configuration.timestep_runs(config, SLURRIES.values())}
+RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # all that the DEM may be asked for
+
 RESULTS = f"results/{config['run']['name']}"
-SURROGATES = config["surrogate"]["names"]
+SURROGATES = config["surrogate"]["names"]  # of the main job
+FURTHER = config["yardsticks"]["surrogates"]
+if not TRAINING_NEEDED:  # what would need the training slurries is left out
+    SURROGATES, FURTHER = (
+        [label for label in labels if configuration.without_training(config, label)] for labels in (SURROGATES, FURTHER)
+    )
+LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
+MODULES = {text: surrogates.load(label.name) for text, label in LABELS.items()}
+LEARNED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.keras"]
+FITTED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.json"]
+BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_fraction"]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
 FRAME_STEPS = steps_per_frame(config["dem"])
@@ -42,12 +56,21 @@ def with_role(*roles):
     return [slurry.id for slurry in SLURRIES.values() if slurry.role in roles]
 
 
+PACKING_GIVEN = config["surrogate"]["packing_fraction"] is not None
 SOURCE_OF_MODELS = "train_surrogate" if TRAINING_NEEDED else "adopt_model"
 TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
 PREDICTED = with_role("validation", "test", "new")
-PICTURED = PREDICTED if config["report"]["pictures"] else []
+PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
+
+
+def of_table(key, ids, allowed):
+    """The ids that a setting names; only the targets that need them complain if the slurry table has none such."""
+    for id in ids:
+        if id not in allowed:
+            raise WorkflowError(f"{key}: {id!r}: must be one of {', '.join(allowed)} for this target")
+    return ids
 
 
 def section(value):
@@ -58,7 +81,7 @@ def section(value):
 def particles(slurry):
     """Number of particles of a slurry."""
     formulation = config["formulation"]
-    mass_pg = SLURRIES[slurry].mass_units * formulation["unit_mass_pg"]
+    mass_pg = RUNS[slurry].mass_units * formulation["unit_mass_pg"]
     return int(particle_counts(particle_types(formulation["phases"]), mass_pg).sum())
 
 
@@ -69,14 +92,20 @@ def lammps_mb(wildcards, attempt):
 
 def last_frame(wildcards):
     """Last frame of the DEM: a slurry of role `new` ends at the last input frame."""
-    new = SLURRIES[wildcards.slurry].role == "new"
+    new = RUNS[wildcards.slurry].role == "new"
     return max(INPUT_FRAMES) if new else config["dem"]["frames"] - 1
 
 
 def dem_priority(wildcards):
     """Training slurries first, so that learning goes on beside the held-out ones; the longest of each first."""
-    slurry = SLURRIES[wildcards.slurry]
-    return slurry.mass_units + (1000 if slurry.role == "train" else 0)
+    run = RUNS[wildcards.slurry]
+    return run.mass_units + {"train": 2000, "replica": 0, "timestep": 0}.get(run.role, 1000)
+
+
+def dem_minutes(wildcards, attempt):
+    """Walltime of the DEM of a slurry in minutes."""
+    frame_steps = steps_per_frame(configuration.dem_settings(config, RUNS[wildcards.slurry]))
+    return lammps_minutes(wildcards, last_frame(wildcards) * frame_steps, attempt)
 
 
 def lammps_minutes(wildcards, steps, attempt):
@@ -86,14 +115,36 @@ def lammps_minutes(wildcards, steps, attempt):
     return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
 
 
+def input_frames(label):
+    """Input frames of a surrogate."""
+    return LABELS[label].input_frames(INPUT_FRAMES)
+
+
+def input_steps(labels):
+    """Steps of the DEM that each surrogate needs, as label=steps."""
+    return [f"{label}={max(input_frames(label)) * FRAME_STEPS}" for label in labels]
+
+
+def model_of(label):
+    """Model file of a surrogate, none if it does not learn."""
+    file = MODULES[label].MODEL_FILE
+    return f"{RESULTS}/models/{label}/{file}" if file else []
+
+
+def surrogate_settings(wildcards):
+    """Settings of a surrogate, which its variants share."""
+    return section(config["surrogate"].get(LABELS[wildcards.surrogate].name, {}))
+
+
 def training_minutes(wildcards, attempt):
     """Walltime of a training in minutes; one step of the largest network takes below a second on one slow core."""
-    settings = config["surrogate"][wildcards.surrogate]
+    settings = config["surrogate"][LABELS[wildcards.surrogate].name]
     updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
     return 10 + attempt * int(updates / 60)
 
 
 # The ids themselves: any other pattern cuts names like coordinates_vgg16_6_r1 at the wrong place.
 wildcard_constraints:
-    slurry="|".join(SLURRIES),
-    surrogate="|".join(SURROGATES),
+    slurry="|".join(RUNS),
+    surrogate="|".join(LABELS),
+    source="|".join(["dem", *LABELS]),

@@ -6,7 +6,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     frames/{slurry}.h5
-    dataset/training.h5
+    dataset/training.h5, packing_fraction.json
 """
 
 
@@ -57,4 +57,29 @@ rule assemble_dataset:
         "python {input.script:q} --frames {input.frames:q} --input-frames {params.input_frames}"
         " --target-frame {params.target_frame} --validation-share {params.validation_share} --seed {params.seed}"
         " --dataset {output.dataset:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_packing:
+    input:
+        script="scripts/measure_packing.py",
+        modules=modules("scripts/measure_packing.py"),
+        frames=expand(rules.extract_frames.output.frames, slurry=[] if PACKING_GIVEN else TRAINING),
+    output:
+        packing=f"{RESULTS}/dataset/packing_fraction.json",
+        cost=f"{RESULTS}/costs/measure_packing.json",
+    log:
+        f"{RESULTS}/logs/measure_packing.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_packing.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        source=lambda wildcards, input: (
+            ["--given", config["surrogate"]["packing_fraction"]]
+            if PACKING_GIVEN
+            else ["--frames", *input.frames, "--target-frame", TARGET_FRAME]
+        ),
+    shell:
+        "python {input.script:q} {params.source:q} --packing {output.packing:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -27,7 +27,7 @@ rule generate_inputs:
     conda:
         "../../envs/dem.yaml"
     params:
-        physics=lambda wildcards: section(configuration.physics(config, SLURRIES[wildcards.slurry])),
+        physics=lambda wildcards: section(configuration.physics(config, RUNS[wildcards.slurry])),
     shell:
         "python {input.script:q} --slurry {wildcards.slurry:q} --physics {params.physics:q}"
         " --data {output.data:q} --coefficients {output.coefficients:q} --push-off {output.push_off:q}"
@@ -67,7 +67,7 @@ rule run_slurry:
         cpus_per_task=1,
         executable=config["dem"]["executable"],
         mem_mb=lammps_mb,
-        runtime=lambda wildcards, attempt: lammps_minutes(wildcards, last_frame(wildcards) * FRAME_STEPS, attempt),
+        runtime=dem_minutes,
     params:
         last_frame=last_frame,
         restarts=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}",

@@ -37,7 +37,17 @@ rule draw_rules:
         snakefile="Snakefile",
         rules=expand(
             "workflow/rules/{part}.smk",
-            part=["configuration", "dem", "dataset", "surrogate", "hybrid", "analysis", "report"],
+            part=[
+                "configuration",
+                "dem",
+                "dataset",
+                "surrogate",
+                "hybrid",
+                "analysis",
+                "yardsticks",
+                "convergence",
+                "report",
+            ],
         ),
         config=rules.record_run.output.config,
     output:
@@ -132,26 +142,27 @@ rule plot_coordinates:
     input:
         script="scripts/plot_coordinates.py",
         modules=modules("scripts/plot_coordinates.py"),
-        predicted=rules.predict_slurry.output.predicted,
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, allow_missing=True),
         frames=rules.extract_frames.output.frames,
     output:
         figure=report(
-            f"{RESULTS}/figures/coordinates_{{surrogate}}_{{slurry}}.png",
+            f"{RESULTS}/figures/coordinates_{{slurry}}.png",
             caption="../report/coordinates.rst",
             category="Coordinates",
-            labels={"surrogate": "{surrogate}", "slurry": "{slurry}"},
+            labels={"slurry": "{slurry}"},
         ),
     log:
-        f"{RESULTS}/logs/plot_coordinates/{{surrogate}}/{{slurry}}.log",
+        f"{RESULTS}/logs/plot_coordinates/{{slurry}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/plot_coordinates/{{surrogate}}/{{slurry}}.tsv"
+        f"{RESULTS}/benchmarks/plot_coordinates/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
     params:
+        surrogates=SURROGATES,
         target_frame=TARGET_FRAME,
     shell:
-        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
-        " --target-frame {params.target_frame} --figure {output.figure:q}"
+        "python {input.script:q} --surrogates {params.surrogates:q} --predicted {input.predicted:q}"
+        " --frames {input.frames:q} --target-frame {params.target_frame} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -194,21 +205,22 @@ rule plot_density:
         density=rules.measure_density.output.table,
     output:
         figure=report(
-            f"{RESULTS}/figures/density_{{surrogate}}.png",
+            f"{RESULTS}/figures/density.png",
             caption="../report/density.rst",
             category="Density",
-            labels={"surrogate": "{surrogate}", "figure": "density and volume"},
+            labels={"figure": "density and volume"},
         ),
     log:
-        f"{RESULTS}/logs/plot_density/{{surrogate}}.log",
+        f"{RESULTS}/logs/plot_density.log",
     benchmark:
-        f"{RESULTS}/benchmarks/plot_density/{{surrogate}}.tsv"
+        f"{RESULTS}/benchmarks/plot_density.tsv"
     conda:
         "../../envs/analysis.yaml"
     params:
+        surrogates=SURROGATES,
         slurries=PREDICTED,
     shell:
-        "python {input.script:q} --density {input.density:q} --surrogate {wildcards.surrogate:q}"
+        "python {input.script:q} --density {input.density:q} --surrogates {params.surrogates:q}"
         " --slurries {params.slurries:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
@@ -217,26 +229,27 @@ rule plot_rdf:
     input:
         script="scripts/plot_rdf.py",
         modules=modules("scripts/plot_rdf.py"),
-        rdf=expand(rules.compute_rdf.output.rdf, surrogate="{surrogate}", slurry=PREDICTED),
+        rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=PREDICTED),
         rdf_errors=rules.compare_rdf.output.table,
     output:
         figure=report(
-            f"{RESULTS}/figures/rdf_{{surrogate}}.png",
+            f"{RESULTS}/figures/rdf.png",
             caption="../report/rdf.rst",
             category="Structure",
-            labels={"surrogate": "{surrogate}", "figure": "radial distribution functions"},
+            labels={"figure": "radial distribution functions"},
         ),
     log:
-        f"{RESULTS}/logs/plot_rdf/{{surrogate}}.log",
+        f"{RESULTS}/logs/plot_rdf.log",
     benchmark:
-        f"{RESULTS}/benchmarks/plot_rdf/{{surrogate}}.tsv"
+        f"{RESULTS}/benchmarks/plot_rdf.tsv"
     conda:
         "../../envs/analysis.yaml"
     params:
+        surrogates=SURROGATES,
         slurries=PREDICTED,
     shell:
-        "python {input.script:q} --slurries {params.slurries:q} --rdf {input.rdf:q} --rdf-errors {input.rdf_errors:q}"
-        " --surrogate {wildcards.surrogate:q} --figure {output.figure:q}"
+        "python {input.script:q} --surrogates {params.surrogates:q} --slurries {params.slurries:q} --rdf {input.rdf:q}"
+        " --rdf-errors {input.rdf_errors:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -247,19 +260,21 @@ rule plot_costs:
         speedup=rules.compare_costs.output.table,
     output:
         figure=report(
-            f"{RESULTS}/figures/costs_{{surrogate}}.png",
+            f"{RESULTS}/figures/costs.png",
             caption="../report/costs.rst",
             category="Cost",
-            labels={"surrogate": "{surrogate}", "figure": "cost"},
+            labels={"figure": "cost"},
         ),
     log:
-        f"{RESULTS}/logs/plot_costs/{{surrogate}}.log",
+        f"{RESULTS}/logs/plot_costs.log",
     benchmark:
-        f"{RESULTS}/benchmarks/plot_costs/{{surrogate}}.tsv"
+        f"{RESULTS}/benchmarks/plot_costs.tsv"
     conda:
         "../../envs/analysis.yaml"
+    params:
+        surrogates=SURROGATES,
     shell:
-        "python {input.script:q} --speedup {input.speedup:q} --surrogate {wildcards.surrogate:q}"
+        "python {input.script:q} --speedup {input.speedup:q} --surrogates {params.surrogates:q}"
         " --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
@@ -279,22 +294,17 @@ rule write_report:
         equilibrium=rules.measure_equilibrium.output.table,
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
-        models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=SURROGATES),
-        histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=SURROGATES),
+        models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=LEARNED),
+        histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=LEARNED),
         figures=[
             rules.plot_workflow.output.figure,
             rules.plot_densification.output.figure,
-            *expand(
-                [
-                    rules.plot_learning_curves.output.figure,
-                    rules.plot_density.output.figure,
-                    rules.plot_rdf.output.figure,
-                    rules.plot_costs.output.figure,
-                ],
-                surrogate=SURROGATES,
-            ),
-            *expand(rules.plot_coordinates.output.figure, surrogate=SURROGATES, slurry=HELD_OUT),
-            *expand(rules.render_slurry.output.figure, surrogate=SURROGATES, slurry=PICTURED),
+            *expand(rules.plot_learning_curves.output.figure, surrogate=LEARNED),
+            *expand(rules.plot_coordinates.output.figure, slurry=HELD_OUT),
+            *expand(rules.render_slurry.output.figure, surrogate=PICTURED, slurry=PREDICTED),
+            rules.plot_density.output.figure,
+            rules.plot_rdf.output.figure,
+            rules.plot_costs.output.figure,
         ],
     output:
         report=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
@@ -306,11 +316,13 @@ rule write_report:
         "../../envs/analysis.yaml"
     params:
         surrogates=SURROGATES,
+        models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.models)],
+        histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
         " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
         " --speedup {input.speedup:q}"
-        " --surrogates {params.surrogates:q} --models {input.models:q} --histories {input.histories:q}"
+        " --surrogates {params.surrogates:q} --models {params.models:q} --histories {params.histories:q}"
         " --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"

@@ -1,21 +1,45 @@
 """Surrogates: trained on the data set or taken as they are, then asked for each slurry that was not trained on.
 
 REQUIRED INPUTS:
-    dataset/training.h5, or config[surrogate][model]
-    frames/{slurry}.h5
+    dataset/training.h5, or config[surrogate][model]; dataset/packing_fraction.json
+    frames/{slurry}.h5, dem/{slurry}/frame_<k>.restart
     config[learning], config[surrogate]
 
 OUTPUTS:
-    models/{surrogate}/model.keras, history.csv
+    models/{surrogate}/model.keras and history.csv, or model.json
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
+
+
+def goes_on(wildcards):
+    """Whether the surrogate goes on with the DEM."""
+    return MODULES[wildcards.surrogate].CONTINUES_DEM
+
+
+def continuation_options(wildcards, input):
+    """Command line of predict_slurry for a surrogate that goes on with the DEM."""
+    if not goes_on(wildcards):
+        return []
+    folder = f"{RESULTS}/dem/{wildcards.slurry}"
+    restart = f"{folder}/frame_{max(input_frames(wildcards.surrogate))}.restart"
+    work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
+    options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
+    return [word for name, value in options.items() for word in (f"--{name}", value)]
+
+
+def prediction_minutes(wildcards, attempt):
+    """Walltime of a prediction in minutes."""
+    if goes_on(wildcards):
+        return lammps_minutes(wildcards, config["surrogate"]["early_dem"]["max_steps"], attempt)
+    return 10 * attempt
+
 
 if TRAINING_NEEDED:
 
     rule train_surrogate:
         input:
             script="scripts/train_surrogate.py",
-            modules=lambda wildcards: modules("scripts/train_surrogate.py", wildcards.surrogate),
+            modules=lambda wildcards: modules("scripts/train_surrogate.py", LABELS[wildcards.surrogate].name),
             dataset=rules.assemble_dataset.output.dataset,
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
@@ -28,18 +52,40 @@ if TRAINING_NEEDED:
         priority: 1000  # the longest job: everything else goes on beside it
         conda:
             "../../envs/learning.yaml"
-        threads: lambda wildcards: config["surrogate"][wildcards.surrogate]["threads"]
+        threads: lambda wildcards: config["surrogate"][LABELS[wildcards.surrogate].name]["threads"]
         resources:
             mem_mb=lambda wildcards, attempt: attempt * 4000,
             runtime=training_minutes,
         params:
-            settings=lambda wildcards: section(config["surrogate"][wildcards.surrogate]),
+            settings=surrogate_settings,
             seed=config["learning"]["seed"],
             work=lambda wildcards: f"{RESULTS}/models/{wildcards.surrogate}/work",
         shell:
             "python {input.script:q} --surrogate {wildcards.surrogate:q} --dataset {input.dataset:q}"
             " --settings {params.settings:q} --seed {params.seed} --work {params.work:q}"
             " --model {output.model:q} --history {output.history:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+    rule fit_surrogate:
+        input:
+            script="scripts/fit_surrogate.py",
+            modules=lambda wildcards: modules("scripts/fit_surrogate.py", LABELS[wildcards.surrogate].name),
+            dataset=rules.assemble_dataset.output.dataset,
+        output:
+            model=f"{RESULTS}/models/{{surrogate}}/model.json",
+            cost=f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
+        log:
+            f"{RESULTS}/logs/fit_surrogate/{{surrogate}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/fit_surrogate/{{surrogate}}.tsv"
+        conda:
+            "../../envs/learning.yaml"
+        params:
+            settings=surrogate_settings,
+            seed=config["learning"]["seed"],
+        shell:
+            "python {input.script:q} --surrogate {wildcards.surrogate:q} --dataset {input.dataset:q}"
+            " --settings {params.settings:q} --seed {params.seed} --model {output.model:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
 
 else:
@@ -71,9 +117,19 @@ else:
 rule predict_slurry:
     input:
         script="scripts/predict_slurry.py",
-        modules=lambda wildcards: modules("scripts/predict_slurry.py", wildcards.surrogate),
-        model=f"{RESULTS}/models/{{surrogate}}/model.keras",
+        modules=lambda wildcards: modules("scripts/predict_slurry.py", LABELS[wildcards.surrogate].name),
         frames=rules.extract_frames.output.frames,
+        # what only some surrogates need
+        model=lambda wildcards: model_of(wildcards.surrogate),
+        packing=lambda wildcards: (
+            rules.measure_packing.output.packing
+            if MODULES[wildcards.surrogate].BOX_RULE == "mean_packing_fraction"
+            else []
+        ),
+        inputs=lambda wildcards: rules.generate_inputs.output.inputs if goes_on(wildcards) else [],
+        coefficients=lambda wildcards: rules.generate_inputs.output.coefficients if goes_on(wildcards) else [],
+        lammps=lambda wildcards: "scripts/lammps/continue.lmp" if goes_on(wildcards) else [],
+        run=lambda wildcards: rules.run_slurry.output.run if goes_on(wildcards) else [],  # the restart files are beside it
     output:
         predicted=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/predicted.h5",
         cost=f"{RESULTS}/costs/predict_slurry/{{surrogate}}/{{slurry}}.json",
@@ -83,13 +139,25 @@ rule predict_slurry:
         f"{RESULTS}/benchmarks/predict_slurry/{{surrogate}}/{{slurry}}.tsv"
     conda:
         "../../envs/learning.yaml"
+    threads: lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1
     resources:
+        mpi=lambda wildcards: config["dem"]["launcher"] if goes_on(wildcards) and config["dem"]["ranks"] > 1 else "",
+        tasks=lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1,
+        cpus_per_task=1,
+        executable=lambda wildcards: config["dem"]["executable"] if goes_on(wildcards) else "",
         mem_mb=lambda wildcards, attempt: attempt * 4000,
+        runtime=prediction_minutes,
     params:
-        input_frames=INPUT_FRAMES,
+        settings=surrogate_settings,
+        input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         target_frame=TARGET_FRAME,
+        learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
+        boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],
+        continued=continuation_options,
     shell:
-        "python {input.script:q} --surrogate {wildcards.surrogate:q} --model {input.model:q}"
+        "python {input.script:q} --surrogate {wildcards.surrogate:q} --settings {params.settings:q}"
         " --frames {input.frames:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
+        " {params.learned:q} {params.boxed:q} {params.continued:q}"
+        " --executable={resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --predicted {output.predicted:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -1,0 +1,456 @@
+"""What the predictions are measured against: the noise of the DEM, its limit, and the cheapest alternatives.
+
+REQUIRED INPUTS:
+    frames/{slurry}.h5, of replicas too; dem/{slurry}/frame_<k>.restart, run.json
+    hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
+    costs/, tables/equilibrium.csv, cost.csv, speedup.csv
+    config[yardsticks]
+
+OUTPUTS:
+    twins/{slurry}.h5
+    structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
+    tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
+    ablation.csv
+"""
+
+YARDSTICKS = list(LABELS)
+ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
+HAS_ABLATION = any(LABELS[text].settings for text in ABLATION)
+
+
+rule run_twin:
+    input:
+        script="scripts/run_twin.py",
+        modules=modules("scripts/run_twin.py"),
+        lammps="scripts/lammps/continue.lmp",
+        run=rules.run_slurry.output.run,
+        frames=rules.extract_frames.output.frames,
+        inputs=rules.generate_inputs.output.inputs,
+        coefficients=rules.generate_inputs.output.coefficients,
+        restart=f"{RESULTS}/dem/{{slurry}}/frame_{max(INPUT_FRAMES)}.restart",
+    output:
+        twin=f"{RESULTS}/twins/{{slurry}}.h5",
+        cost=f"{RESULTS}/costs/run_twin/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/run_twin/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/run_twin/{{slurry}}.tsv"
+    conda:
+        "../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    resources:
+        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
+        tasks=config["dem"]["ranks"],
+        cpus_per_task=1,
+        executable=config["dem"]["executable"],
+        mem_mb=lammps_mb,
+        runtime=dem_minutes,
+    params:
+        first_frame=max(INPUT_FRAMES),
+        target_frame=TARGET_FRAME,
+        displacement_um=config["yardsticks"]["twin_displacement_um"],
+        work=lambda wildcards: f"{RESULTS}/twins/{wildcards.slurry}_work",
+    shell:
+        "python {input.script:q} --restart {input.restart:q} --inputs {input.inputs:q}"
+        " --coefficients {input.coefficients:q} --frames {input.frames:q} --first-frame {params.first_frame}"
+        " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --twin {output.twin:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+def replicated():
+    """Slurries that have replicas and a twin."""
+    return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
+
+
+def structure_options(wildcards):
+    """What measure_structure reads: the end of the DEM, or what a surrogate predicted and what became of it."""
+    slurry, source = wildcards.slurry, wildcards.source
+    if source == "dem":
+        return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
+    folder = f"{RESULTS}/hybrid/{source}/{slurry}"
+    return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
+
+
+rule measure_structure:
+    input:
+        unpack(structure_options),
+        script="scripts/measure_structure.py",
+        modules=modules("scripts/measure_structure.py"),
+    output:
+        structure=f"{RESULTS}/structure/{{source}}/{{slurry}}.csv",
+        rdf=f"{RESULTS}/structure/{{source}}/{{slurry}}_rdf.csv",
+        cost=f"{RESULTS}/costs/measure_structure/{{source}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/measure_structure/{{source}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_structure/{{source}}/{{slurry}}.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        stores=lambda wildcards, input: (
+            ["--dem", input.dem, "--target-frame", TARGET_FRAME]
+            if wildcards.source == "dem"
+            else ["--predicted", input.predicted, "--relaxed", input.relaxed]
+        ),
+        cutoff_um=config["analysis"]["rdf_cutoff_um"],
+        bins=config["analysis"]["rdf_bins"],
+    shell:
+        "python {input.script:q} {params.stores:q} --cutoff-um {params.cutoff_um} --bins {params.bins}"
+        " --structure {output.structure:q} --rdf {output.rdf:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_noise:
+    input:
+        script="scripts/measure_noise.py",
+        modules=modules("scripts/measure_noise.py"),
+        structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
+        rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
+        twins=lambda wildcards: expand(rules.run_twin.output.twin, slurry=replicated()),
+        frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=replicated()),
+    output:
+        table=report(
+            f"{RESULTS}/tables/noise.csv",
+            caption="../report/noise.rst",
+            category="Yardsticks",
+            labels={"table": "noise of the DEM"},
+        ),
+        cost=f"{RESULTS}/costs/measure_noise.json",
+    log:
+        f"{RESULTS}/logs/measure_noise.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_noise.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q} --twins {input.twins:q}"
+        " --frames {input.frames:q} --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compute_skill:
+    input:
+        script="scripts/compute_skill.py",
+        modules=modules("scripts/compute_skill.py"),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=YARDSTICKS, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(YARDSTICKS)),
+        noise=rules.measure_noise.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/skill.csv",
+            caption="../report/skill.rst",
+            category="Yardsticks",
+            labels={"table": "skill"},
+        ),
+        cost=f"{RESULTS}/costs/compute_skill.json",
+    log:
+        f"{RESULTS}/logs/compute_skill.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compute_skill.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q} --noise {input.noise:q}"
+        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_structure:
+    input:
+        script="scripts/compare_structure.py",
+        modules=modules("scripts/compare_structure.py"),
+        structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=HELD_OUT),
+        rdf=expand(rules.measure_structure.output.rdf, source=YARDSTICKS, slurry=HELD_OUT),
+        dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
+        dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=HELD_OUT),
+        noise=rules.measure_noise.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/structure_errors.csv",
+            caption="../report/structure_errors.rst",
+            category="Yardsticks",
+            labels={"table": "structural errors"},
+        ),
+        cost=f"{RESULTS}/costs/compare_structure.json",
+    log:
+        f"{RESULTS}/logs/compare_structure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_structure.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q}"
+        " --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q} --noise {input.noise:q}"
+        " --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compute_front:
+    input:
+        script="scripts/compute_front.py",
+        modules=modules("scripts/compute_front.py"),
+        costs=[
+            *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
+            *expand(
+                [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, rules.relax_slurry.output.cost],
+                surrogate=YARDSTICKS,
+                slurry=HELD_OUT,
+            ),
+        ],
+        equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
+        structure_errors=rules.compare_structure.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/front.csv",
+            caption="../report/front.rst",
+            category="Yardsticks",
+            labels={"table": "error against cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/compute_front.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compute_front.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        input_steps=input_steps(YARDSTICKS),
+    shell:
+        "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
+        " --structure-errors {input.structure_errors:q} --input-steps {params.input_steps:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_at_equal_cost:
+    input:
+        script="scripts/compare_at_equal_cost.py",
+        modules=modules("scripts/compare_at_equal_cost.py"),
+        front=rules.compute_front.output.table,
+        skill=rules.compute_skill.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/equal_cost.csv",
+            caption="../report/equal_cost.rst",
+            category="Yardsticks",
+            labels={"table": "early DEM at equal cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/compare_at_equal_cost.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_at_equal_cost.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --front {input.front:q} --skill {input.skill:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule fit_costs:
+    input:
+        script="scripts/fit_costs.py",
+        modules=modules("scripts/fit_costs.py"),
+        speedup=rules.compare_costs.output.table,
+        cost=rules.collect_costs.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/cost_scaling.csv",
+            caption="../report/cost_scaling.rst",
+            category="Yardsticks",
+            labels={"table": "cost against size, and training"},
+        ),
+    log:
+        f"{RESULTS}/logs/fit_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fit_costs.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        learning=[
+            text
+            for text in SURROGATES
+            if MODULES[text].MODEL_FILE or MODULES[text].BOX_RULE == "mean_packing_fraction"
+        ],
+    shell:
+        "python {input.script:q} --speedup {input.speedup:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
+        " --learns-from-dem {params.learning:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_study_costs:
+    input:
+        script="scripts/compare_study_costs.py",
+        modules=modules("scripts/compare_study_costs.py"),
+        speedup=rules.compare_costs.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/study_costs.csv",
+            caption="../report/study_costs.rst",
+            category="Yardsticks",
+            labels={"table": "cost as the study claims it"},
+        ),
+    log:
+        f"{RESULTS}/logs/compare_study_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_study_costs.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --speedup {input.speedup:q} --equilibrium {input.equilibrium:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+if HAS_ABLATION:
+
+    rule tabulate_ablation:
+        input:
+            script="scripts/tabulate_ablation.py",
+            modules=modules("scripts/tabulate_ablation.py"),
+            histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=ABLATION),
+            dataset=rules.assemble_dataset.output.dataset,
+            skill=rules.compute_skill.output.table,
+        output:
+            table=report(
+                f"{RESULTS}/tables/ablation.csv",
+                caption="../report/ablation.rst",
+                category="Yardsticks",
+                labels={"table": "ablation"},
+            ),
+            cost=f"{RESULTS}/costs/tabulate_ablation.json",
+        log:
+            f"{RESULTS}/logs/tabulate_ablation.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/tabulate_ablation.tsv"
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            surrogates=ABLATION,
+            roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
+        shell:
+            "python {input.script:q} --surrogates {params.surrogates:q} --histories {input.histories:q}"
+            " --dataset {input.dataset:q} --skill {input.skill:q} --roles {params.roles:q}"
+            " --table {output.table:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+
+rule plot_skill:
+    input:
+        script="scripts/plot_skill.py",
+        modules=modules("scripts/plot_skill.py"),
+        skill=rules.compute_skill.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/skill.png",
+            caption="../report/skill_figure.rst",
+            category="Yardsticks",
+            labels={"figure": "skill"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_skill.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_skill.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --skill {input.skill:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
+
+
+rule plot_front:
+    input:
+        script="scripts/plot_front.py",
+        modules=modules("scripts/plot_front.py"),
+        front=rules.compute_front.output.table,
+        structure_errors=rules.compare_structure.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/front.png",
+            caption="../report/front_figure.rst",
+            category="Yardsticks",
+            labels={"figure": "error against cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_front.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_front.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --front {input.front:q} --structure-errors {input.structure_errors:q}"
+        " --equilibrium {input.equilibrium:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_structure:
+    input:
+        script="scripts/plot_structure.py",
+        modules=modules("scripts/plot_structure.py"),
+        structure_errors=rules.compare_structure.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/structure.png",
+            caption="../report/structure_figure.rst",
+            category="Yardsticks",
+            labels={"figure": "structural errors"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_structure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_structure.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        slurries=with_role("test"),
+    shell:
+        "python {input.script:q} --structure-errors {input.structure_errors:q} --slurries {params.slurries:q}"
+        " --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule write_yardsticks:
+    input:
+        script="scripts/write_yardsticks.py",
+        modules=modules("scripts/write_yardsticks.py"),
+        template="scripts/slurrycast/report.html.jinja",
+        equilibrium=rules.measure_equilibrium.output.table,
+        skill=rules.compute_skill.output.table,
+        noise=rules.measure_noise.output.table,
+        structure_errors=rules.compare_structure.output.table,
+        front=rules.compute_front.output.table,
+        equal_cost=rules.compare_at_equal_cost.output.table,
+        cost_scaling=rules.fit_costs.output.table,
+        study_costs=rules.compare_study_costs.output.table,
+        ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
+        figures=[
+            rules.plot_skill.output.figure,
+            rules.plot_structure.output.figure,
+            rules.plot_front.output.figure,
+        ],
+    output:
+        page=report(f"{RESULTS}/yardsticks.html", caption="../report/yardsticks.rst", category="Report"),
+    log:
+        f"{RESULTS}/logs/write_yardsticks.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/write_yardsticks.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        run=config["run"]["name"],
+        networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
+        density_bar=config["yardsticks"]["density_bar"],
+        rdf_bar=config["yardsticks"]["rdf_bar"],
+        ablation=lambda wildcards, input: ["--ablation", input.ablation] if input.ablation else [],
+    shell:
+        "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
+        " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --equilibrium {input.equilibrium:q}"
+        " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
+        " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
+        " --study-costs {input.study_costs:q} {params.ablation:q} --figures {input.figures:q} --page {output.page:q}"
+        " 2>&1 | tee {log:q}"
