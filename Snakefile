@@ -5,6 +5,7 @@
     snakemake --cores 2 slurries                             one stage and what it needs; the targets are in this file
     snakemake --cores 2 yardsticks                           what the predictions are worth, on the same results
     snakemake --cores 2 convergence                          whether the time step is small enough
+    snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
 
 Rules stand in workflow/rules in the order in which a particle passes through them; scripts/ has a script for each.
 """
@@ -25,6 +26,7 @@ include: "workflow/rules/hybrid.smk"
 include: "workflow/rules/analysis.smk"
 include: "workflow/rules/yardsticks.smk"
 include: "workflow/rules/convergence.smk"
+include: "workflow/rules/size.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -41,6 +43,7 @@ localrules:
     noise,
     yardsticks,
     convergence,
+    size,
     generate_inputs,
     assemble_dataset,
     measure_packing,
@@ -75,6 +78,8 @@ localrules:
     write_yardsticks,
     compare_timesteps,
     plot_timesteps,
+    compare_sizes,
+    plot_sizes,
 
 
 rule all:
@@ -123,3 +128,10 @@ rule convergence:
     input:
         rules.compare_timesteps.output,
         rules.plot_timesteps.output.figure,
+
+
+rule size:
+    input:
+        rules.compare_sizes.output.table,
+        rules.compare_sizes.output.clock,
+        rules.plot_sizes.output.figure,

@@ -33,6 +33,7 @@ def test_every_surrogate_has_the_interface(name):
         ("affine_f02", "affine", {}, 2),
         ("affine_f110", "affine", {}, 110),
         ("vgg16", "vgg16", {}, None),
+        ("vgg16_relative", "vgg16", {"coordinates": "relative"}, None),
         ("vgg16_box", "vgg16_box", {}, None),
         ("vgg16_box_nobox", "vgg16_box", {"change": "nobox"}, None),
         ("early_dem_x10", "early_dem", {"faster": "10"}, None),

@@ -327,6 +327,33 @@ def test_a_question_is_answered_with_what_the_network_makes_of_its_history(small
     assert prediction.edges_um is None
 
 
+def test_relative_coordinates_know_nothing_of_the_size_of_the_box(small, tmp_path, slurry):
+    """A slurry that is three times as wide is predicted three times as wide; with coordinates in um it is not."""
+    vgg16.build(4, 6).save(tmp_path / "model.keras")
+    with read_frames(slurry / "frames.h5") as store:
+        frames = tuple(store.frame(k) for k in (7, 8, 9, 10))
+    wider = tuple(replace(f, position_um=3 * f.position_um, edges_um=3 * f.edges_um) for f in frames)
+    for settings, scales in (({"coordinates": "relative"}, True), ({}, False)):
+        once, thrice = (
+            vgg16.predict(Question("A", store.particles, asked, None, None), tmp_path / "model.keras", settings)
+            for asked in (frames, wider)
+        )
+        assert np.allclose(3 * once.position_um, thrice.position_um, rtol=1e-4, atol=1e-3) == scales
+
+
+def test_relative_training_is_in_um_too(small, tmp_path):
+    """Where all boxes are RELATIVE_EDGE_UM wide at the last input frame, it is the same training."""
+    data = training_set()
+    edges_um = np.full((1, 4, 3), vgg16.RELATIVE_EDGE_UM)
+    losses = []
+    for number, settings in enumerate((SETTINGS, SETTINGS | {"coordinates": "relative"})):
+        paths = [tmp_path / f"{name}{number}" for name in ("model.keras", "history.csv", "work")]
+        paths[0] = tmp_path / f"model{number}.keras"
+        vgg16.fit(replace(data, input_edges_um=edges_um), settings, *paths)
+        losses.append(paths[1].read_text())
+    assert losses[0] == losses[1]
+
+
 @pytest.fixture
 def unlike():
     """Samples whose features and targets are of very different sizes, one feature always the same."""

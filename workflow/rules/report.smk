@@ -46,6 +46,7 @@ rule draw_rules:
                 "analysis",
                 "yardsticks",
                 "convergence",
+                "size",
                 "report",
             ],
         ),

@@ -12,6 +12,7 @@ layers are computed and updated in shards, whose arrays make better use of the c
 
 import hashlib
 import json
+import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -35,7 +36,10 @@ LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particl
 BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.keras"
 CONTINUES_DEM = False
-VARIANT = None
+# `vgg16_relative`: coordinates as a share of the box edges at the last input frame, for boxes of all sizes alike. It tells
+# whether it matters that coordinates of a large box lie outside those that the network was trained on.
+VARIANT = re.compile("(?P<coordinates>relative)?")
+RELATIVE_EDGE_UM = 10.0  # edge to which these boxes are scaled, so that numbers stay about as large as in um
 
 BLOCKS = ((64, 64), (128, 128), (256, 256, 256), (512, 512, 512), (512, 512, 512))  # filters of the convolutions
 DENSE_UNITS = 4096
@@ -328,11 +332,21 @@ def fit(
     history_path: str | Path,
     work_directory: str | Path,
 ) -> dict[str, float]:
-    """Train on unwrapped coordinates in um as they are: see `train`."""
-    samples = Samples(
-        training_set.features, training_set.targets, np.ones((len(training_set), 1)), training_set.is_validation
-    )
+    """Train on unwrapped coordinates in um as they are, or relative to the box: see `train`."""
+    unit_um = np.ones((len(training_set), 3))
+    if settings.get("coordinates") == "relative":
+        unit_um = training_set.input_edges_um[training_set.slurry_index, -1] / RELATIVE_EDGE_UM
+    features = in_units(training_set.features, unit_um)
+    samples = Samples(features, training_set.targets / unit_um, unit_um, training_set.is_validation)
     return train(NAME, samples, False, settings, model_path, history_path, work_directory)
+
+
+def in_units(features: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
+    """Features (n, frames, 6) with their coordinates divided by `unit_um` (n, 3) or (1, 3)."""
+    x = FEATURE_NAMES.index("x_um")
+    return np.concatenate(
+        [features[..., :x], features[..., x : x + 3] / unit_um[:, None], features[..., x + 3 :]], axis=-1
+    )
 
 
 def train(
@@ -406,7 +420,11 @@ def train(
 
 def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
     """Predict final unwrapped coordinates in um; see `apply_model`."""
-    return Prediction(apply_model(model_path, particle_history(question.particles, question.frames)))
+    unit_um = np.ones((1, 3))
+    if settings.get("coordinates") == "relative":
+        unit_um = question.last.edges_um[None] / RELATIVE_EDGE_UM
+    features = in_units(particle_history(question.particles, question.frames), unit_um)
+    return Prediction(apply_model(model_path, features) * unit_um)
 
 
 def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:

@@ -1,0 +1,147 @@
+"""Ask why predictions of large slurries fail: is it the barostat's clock, or coordinates beyond those of the training?
+
+In: DEM frames, run.json and thermo.csv of all slurries that were run to the end, of them those of role train and those
+that were predicted; predicted and relaxed structures; tables/equilibrium.csv.
+Out: a table (CSV) of one row a surrogate and predicted slurry: shrink_time_us is when the box edge is 0.75 of its first
+value (empty if it never is), last_input_density_g_cm3 the density of the DEM at the last input frame, outside_share the
+share of the coordinates at that frame beyond the range that those of the training slurries have there on the same axis,
+predicted_volume_error and relaxed_volume_error the volume of the box over that of the DEM's end less 1, and
+coordinate_volume_error the same for the box that follows from the predicted coordinates by their least-squares scale,
+whatever rule gave the predicted box. And a table of one row: exponent b of shrink time = a particles^b by least
+squares of the logarithms over all slurries that shrink so far, its standard error, their number, and the exponent of
+the damping time in mass that they were run with.
+"""
+
+import argparse
+import json
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, run_main, write_text
+from slurrycast.final_box import scale_of_prediction
+from slurrycast.frames import FrameStore, read_frames
+from slurrycast.size import outside_share, power_law, shrink_time_us
+from slurrycast.tables import read_equilibrium, read_table
+
+FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
+
+
+def shrinking(runs: list[Path], thermos: list[Path], equilibrium: pd.DataFrame) -> pd.DataFrame:
+    """What is known of the DEM of each slurry, by its id: FROM_EQUILIBRIUM, pressure_damping_us, shrink_time_us."""
+    rows = {}
+    for run_path, thermo_path in zip(runs, thermos, strict=True):
+        run, thermo = json.loads(run_path.read_text(encoding="utf-8")), read_table(thermo_path)
+        rows[run["slurry"]] = {
+            "pressure_damping_us": run["physics"]["dem"]["pressure_damping_us"],
+            "shrink_time_us": shrink_time_us(thermo.time_us.to_numpy(), thermo.lx_um.to_numpy()),
+        }
+    known = equilibrium.set_index("slurry")[FROM_EQUILIBRIUM]
+    if missing := [slurry for slurry in rows if slurry not in known.index]:
+        raise InputError(f"slurries {', '.join(missing)}: not in the table of equilibrium")
+    return known.join(pd.DataFrame.from_dict(rows, orient="index"), how="inner")
+
+
+def clock(slurries: pd.DataFrame) -> pd.DataFrame:
+    """Table of the fitted exponents, from what `shrinking` returns."""
+    shrunk = slurries.dropna(subset=["shrink_time_us"])
+    exponent, standard_error = power_law(shrunk.particles.to_numpy(), shrunk.shrink_time_us.to_numpy())
+    damping_exponent, _ = power_law(shrunk.mass_units.to_numpy(), shrunk.pressure_damping_us.to_numpy())
+    row = {"slurries": len(shrunk), "exponent": exponent, "standard_error": standard_error}
+    return pd.DataFrame([row | {"damping_exponent": damping_exponent}])
+
+
+def coordinate_range_um(stores: list[FrameStore], frame: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinate (3,) of all slurries at one frame."""
+    positions_um = [store.position_um(frame) for store in stores]
+    lowest_um = np.min([position_um.min(axis=0) for position_um in positions_um], axis=0)
+    return lowest_um, np.max([position_um.max(axis=0) for position_um in positions_um], axis=0)
+
+
+def volume_errors(predicted: FrameStore, relaxed: FrameStore, dem: FrameStore, last_input: int, target: int) -> dict:
+    """Relative errors of the volume of one prediction; InputError if the files hold different structures."""
+    for name in ("slurry", "surrogate"):
+        if relaxed.attributes[name] != predicted.attributes[name]:
+            raise InputError(f"{relaxed.path}: {relaxed.attributes[name]}, not the {name} of {predicted.path}")
+    for store in (predicted, relaxed):
+        if not np.array_equal(store.particles.id, dem.particles.id):
+            raise InputError(f"{store.path}: not the particles of {dem.path}")
+    end_um3 = dem.volume_um3(target)
+    scale = scale_of_prediction(predicted.position_um(predicted.last), dem.position_um(last_input))
+    return {
+        "predicted_volume_error": predicted.volume_um3(predicted.last) / end_um3 - 1,
+        "relaxed_volume_error": relaxed.volume_um3(relaxed.last) / end_um3 - 1,
+        "coordinate_volume_error": scale**3 * dem.volume_um3(last_input) / end_um3 - 1,
+    }
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--frames", type=Path, nargs="+", required=True, help="in: DEM frames of the training and predicted slurries"
+    )
+    parser.add_argument(
+        "--run-json", type=Path, nargs="+", required=True, help="in: run.json of slurries run to the end"
+    )
+    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="in: thermo.csv of the same, in order")
+    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="in: predicted structures (HDF5)")
+    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="in: the same relaxed, in order (HDF5)")
+    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--last-input-frame", type=int, required=True, help="number of the last input frame")
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of surrogates and slurries (CSV)")
+    parser.add_argument("--clock", type=Path, required=True, help="out: table of the fitted exponents (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    for one, other in (("run_json", "thermo"), ("predicted", "relaxed")):
+        if len(getattr(args, one)) != len(getattr(args, other)):
+            parser.error(f"--{one.replace('_', '-')} and --{other}: as many of each are needed")
+    return args
+
+
+def main() -> None:
+    """Compare and write both tables."""
+    args = parse_args()
+    frame = args.last_input_frame
+    with measured_cost(args.cost, "compare_sizes"), ExitStack() as opened:
+        slurries = shrinking(args.run_json, args.thermo, read_equilibrium(args.equilibrium))
+        stores = {}
+        for path in args.frames:
+            store = opened.enter_context(read_frames(path))
+            stores[str(store.attributes["slurry"])] = store
+        training = [store for slurry, store in stores.items() if slurries.role.get(slurry) == "train"]
+        if not training:
+            raise InputError("--frames: no slurry of role train, so there is no range of coordinates to compare with")
+        range_um = coordinate_range_um(training, frame)
+        rows = []
+        for predicted_path, relaxed_path in zip(args.predicted, args.relaxed, strict=True):
+            with read_frames(predicted_path) as predicted, read_frames(relaxed_path) as relaxed:
+                slurry = str(predicted.attributes["slurry"])
+                if slurry not in stores or slurry not in slurries.index:
+                    raise InputError(f"{predicted_path}: slurry {slurry}: no --frames and --run-json of it")
+                dem = stores[slurry]
+                rows.append(
+                    {"surrogate": predicted.attributes["surrogate"], "slurry": slurry}
+                    | slurries.loc[slurry].to_dict()
+                    | {
+                        "last_input_density_g_cm3": dem.density_g_cm3(frame),
+                        "outside_share": outside_share(dem.position_um(frame), *range_um),
+                    }
+                    | volume_errors(predicted, relaxed, dem, frame, args.target_frame)
+                )
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.6g"))
+        fitted = clock(slurries)
+        write_text(args.clock, fitted.to_csv(index=False, float_format="%.6f"))
+    row = fitted.iloc[0]
+    print(
+        f"shrink time ~ particles^{row.exponent:.3f} +- {row.standard_error:.1g} over {row.slurries:.0f} slurries, "
+        f"damping time ~ mass^{row.damping_exponent:.3f}"
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

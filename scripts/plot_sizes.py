@@ -1,0 +1,107 @@
+"""Plot the error of the predicted volume against the size of a slurry, one panel a run, to tell causes apart.
+
+In: tables/size_errors.csv of one run or several, such as one with the same damping time for all sizes and one with
+damping times that let all sizes shrink at the same rate.
+Out: PNG; a point is one slurry, its marker tells the thickness ratio, and a line joins the means of each surrogate. The
+points of a size stand side by side, not on one another. The dashed line is the final volume of slurry 6 in the study.
+"""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, NullLocator
+
+from slurrycast import study
+from slurrycast.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
+from slurrycast.files import InputError, run_main
+from slurrycast.tables import read_table
+
+MARKERS = "osD^vP*X"
+SPREAD = 0.06  # the points of a size are spread over this share of its number of particles to both sides
+STUDY_ERROR = study.HYBRID_STRUCTURE["6"].volume_um3 / study.DEM_STRUCTURE["6"].volume_um3 - 1
+STUDY_LABEL = f"study, slurry 6: {100 * STUDY_ERROR:+.0f} %".replace("-", "−")
+
+
+def draw_panel(axes: Axes, errors: pd.DataFrame, colours: Mapping[str, str], markers: Mapping[float, str]) -> None:
+    """Draw one run; `errors` are rows of tables/size_errors.csv."""
+    axes.axhline(0, color=INK, linewidth=0.8, zorder=1)
+    axes.axhline(100 * STUDY_ERROR, color=STUDY, linestyle="--", linewidth=1.2, zorder=1)
+    aside = np.linspace(1 - SPREAD, 1 + SPREAD, len(colours)) if len(colours) > 1 else [1.0]
+    for (label, colour), factor in zip(colours.items(), aside, strict=True):
+        own = errors[errors.surrogate == label]
+        means = own.groupby("particles").predicted_volume_error.mean()
+        axes.plot(factor * means.index, 100 * means, color=colour, linewidth=1.0, zorder=1.5)
+        for ratio, marker in markers.items():
+            points = own[own.thickness_ratio == ratio]
+            x, y = factor * points.particles, 100 * points.predicted_volume_error
+            axes.plot(x, y, marker, color=colour, markeredgecolor="white", markeredgewidth=0.6, ms=8)
+    sizes = np.unique(errors.particles)
+    axes.set(xscale="log", xlabel="Particles", xlim=(sizes[0] / 1.3, sizes[-1] * 1.3))
+    axes.xaxis.set_major_locator(FixedLocator(sizes))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
+    """Draw all panels; `tables` are those of size_errors.csv by the name of their run."""
+    together = pd.concat(tables.values())
+    colours = surrogate_colours(list(dict.fromkeys(together.surrogate)))
+    markers = dict(zip(np.unique(together.thickness_ratio), MARKERS * len(together), strict=False))
+    figure = new_figure(max(6.5, 1.5 + 4.5 * len(tables)), 5.0)
+    panels: Sequence[Axes] = figure.subplots(1, len(tables), sharey=True, squeeze=False)[0]
+    for axes, (name, errors) in zip(panels, tables.items(), strict=True):
+        draw_panel(axes, errors, colours, markers)
+        axes.set_title(name)
+    panels[0].set_ylabel("Predicted volume / DEM − 1, before relaxation (%)")
+    legend = [
+        *(Line2D([], [], color=colour, marker="o", ms=7, label=label) for label, colour in colours.items()),
+        *(
+            Line2D([], [], color=INK, marker=marker, linestyle="none", ms=7, label=f"thickness ratio {ratio:g}")
+            for ratio, marker in markers.items()
+        ),
+        Line2D([], [], color=STUDY, linestyle="--", label=STUDY_LABEL),
+    ]
+    figure.legend(handles=legend, loc="outside right center")
+    return figure
+
+
+def named_table(text: str) -> tuple[str, Path]:
+    """Take `name=path` apart."""
+    name, equals, path = text.partition("=")
+    if not (name and equals and path):
+        raise argparse.ArgumentTypeError(f"{text!r} is not name=path")
+    return name, Path(path)
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--tables",
+        nargs="+",
+        type=named_table,
+        required=True,
+        metavar="NAME=PATH",
+        help="in: tables/size_errors.csv of each run, with the name that its panel gets",
+    )
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read the tables and draw."""
+    args = parse_args()
+    tables = {name: read_table(path) for name, path in args.tables}
+    if len(tables) < len(args.tables):
+        raise InputError(f"--tables: the names {', '.join(name for name, _ in args.tables)} must differ")
+    save_figure(draw_sizes(tables), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)
