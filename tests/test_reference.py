@@ -23,13 +23,29 @@ def comments(root):
 
 
 def test_time_step_of_the_demo(root, comments):
-    ends = {}
-    for timestep in ("2.0e-3", "1.0e-3", "5.0e-4"):
-        table = pd.read_csv(root / "results" / "reference" / "timestep" / f"{timestep}.csv")
-        ends[timestep] = table[table.role != "new"].density_g_cm3
-    means, scatter = [end.mean() for end in ends.values()], [end.std() for end in ends.values()]
-    assert "three slurries end at {:.3f}, {:.3f} and {:.3f} g/cm3 on average".format(*means) in comments("config")
-    assert f"scatter by {min(scatter):.3f} to {max(scatter):.3f} g/cm3" in comments("config")
+    summary = pd.read_csv(root / "results" / "reference" / "timestep" / "timestep_summary.csv").set_index("timestep_us")
+    coarse, fine = summary.loc[2e-3], summary.iloc[0]
+    assert f"{coarse.density_difference:+.1%} from its density with {fine.name:.0e}".replace("e-04", "e-4") in comments(
+        "config"
+    )
+    assert f"error {coarse.standard_error:.1%}," in comments("config")
+    assert coarse.accepted == "yes"
+    for quantity in ("coordination_all", "overlap_mean"):
+        scatter = np.hypot(coarse[f"{quantity}_sd"], fine[f"{quantity}_sd"])
+        assert abs(coarse[f"{quantity}_mean"] - fine[f"{quantity}_mean"]) < scatter
+
+
+def test_relaxation(root, comments):
+    runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "relaxation.csv").query("scale == 'demo'")
+    config = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
+    chosen = runs[
+        (runs.start_temperature_k == config["start_temperature_k"])
+        & (runs.pressure_damping_us == config["pressure_damping_us"])
+        & (runs.steps == config["steps"])
+    ].density_error
+    cold = runs[(runs.start_temperature_k == 300) & (runs.steps == 20000)].density_error
+    assert f"{chosen.min():+.1%} to {chosen.max():+.1%} from the DEM's density" in comments("config")
+    assert f"at a constant 300 K {cold.min():.1%} to {cold.max():.1%}" in comments("config")
 
 
 def test_barostat_of_the_larger_scales(root, comments):

@@ -15,7 +15,7 @@ OUTPUTS:
 
 YARDSTICKS = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
-HAS_ABLATION = any(LABELS[text].settings for text in ABLATION)
+HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
 
 
 rule run_twin:
@@ -61,6 +61,10 @@ rule run_twin:
 
 def replicated():
     """Slurries that have replicas and a twin."""
+    if "affine" not in LABELS:
+        raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
+    if not with_role("test"):
+        raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
     return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
 
 
@@ -272,11 +276,7 @@ rule fit_costs:
     conda:
         "../../envs/analysis.yaml"
     params:
-        learning=[
-            text
-            for text in SURROGATES
-            if MODULES[text].MODEL_FILE or MODULES[text].BOX_RULE == "mean_packing_fraction"
-        ],
+        learning=[text for text in SURROGATES if MODULES[text].MODEL_FILE or (text in BOXED and not PACKING_GIVEN)],
     shell:
         "python {input.script:q} --speedup {input.speedup:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
         " --learns-from-dem {params.learning:q} --table {output.table:q}"
