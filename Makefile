@@ -23,15 +23,23 @@ lint: .venv/installed-test
 			--only-binary :all: --python-version $$python --target .venv/none -r envs/requirements-test.txt || exit 1; \
 	done
 
-# The tracked copy of a demo run: tables, learning curves, versions, and the figures that the README shows or is read with.
-REFERENCE := results/reference/demo
+# The tracked copy of a run with its yardsticks: tables, learning curves, effective configuration, versions, the figures that
+# the README shows or is read with, and one slurry's last input and target frame, from which a test recomputes a figure.
+RUN ?= reduced
+FROM := results/$(RUN)
+REFERENCE := results/reference/$(RUN)
+SLURRY := 2
 reference:
 	rm -rf $(REFERENCE)
-	mkdir -p $(REFERENCE)/figures $(REFERENCE)/models/vgg16
-	cp -r results/demo/tables results/demo/config.yaml results/demo/versions.json $(REFERENCE)
-	cp results/demo/models/vgg16/history.csv $(REFERENCE)/models/vgg16
-	cd results/demo/figures && cp workflow.png densification.png learning_curves_vgg16.png coordinates_vgg16_6.png \
-		density_vgg16.png rdf_vgg16.png costs_vgg16.png slurry_vgg16_4.png ../../reference/demo/figures
+	mkdir -p $(REFERENCE)/figures $(REFERENCE)/frames
+	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
+	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
+	for model in vgg16 vgg16_box; do \
+		mkdir -p $(REFERENCE)/models/$$model; cp $(FROM)/models/$$model/history.csv $(REFERENCE)/models/$$model; done
+	cd $(FROM)/figures && cp workflow.png densification.png learning_curves_vgg16.png coordinates_6.png density.png rdf.png \
+		costs.png slurry_vgg16_4.png skill.png structure.png front.png ../../reference/$(RUN)/figures
+	PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
+		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'
 
 .venv/installed: envs/requirements.txt envs/constraints.txt
 	@command -v $(PYTHON) >/dev/null || { \

@@ -25,6 +25,7 @@ PACKAGES = (
     "tensorflow",
     "keras",
     "MDAnalysis",
+    "freud-analysis",
     "numpy",
     "pandas",
     "h5py",
