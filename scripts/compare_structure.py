@@ -1,11 +1,12 @@
 """Compare predicted and relaxed structures with those of the DEM, beside the noise of the DEM.
 
-In: quantities and curves (CSV) of any number of surrogates and slurries, those of the DEM for the same slurries, and
-the noise of the DEM (CSV).
+In: quantities and curves (CSV) of any number of surrogates and slurries, those of the DEM for the same slurries, the
+noise of the DEM (CSV) and the curves of its replicas (CSV).
 Out: a table (CSV) of one row a surrogate, slurry, stage and quantity: its value, that of the DEM, and replica_sd, the
 standard deviation between DEM runs with other seeds. For rdf_<pair>, value is the mean |g - g_dem| over the bins that
-both have, dem_value is 0, and replica_sd the mean difference between two such runs. replica_sd is that of the
-replicated slurry nearest in size, scaled with (number of particles)^-1/2.
+the DEM and all stages of the surrogate have, dem_value is 0, and replica_sd the mean difference between two such runs
+over the same bins, as far as the boxes of the replicas reach. replica_sd is that of the replicated slurry nearest in
+size, scaled with (number of particles)^-1/2.
 """
 
 import argparse
@@ -15,17 +16,20 @@ import pandas as pd
 
 from slurrycast.costs import measured_cost
 from slurrycast.files import InputError, run_main, write_text
-from slurrycast.noise import RDF_PREFIX, Noise, rdf_difference, read_noise
+from slurrycast.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
 from slurrycast.tables import read_table
 
 COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
 
 
-def error_rows(structure_path: Path, rdf_path: Path, dem: dict, dem_curves: dict, noise: Noise) -> list[dict]:
+def error_rows(
+    structure_path: Path, rdf_path: Path, dem: dict, dem_curves: dict, noise: Noise, replica_curves: dict
+) -> list[dict]:
     """Rows of the table for one surrogate and slurry.
 
-    `dem` has the values and `dem_curves` the curves of the DEM by (slurry, quantity) and (slurry, pair). InputError if
-    the DEM's are missing, or the two files are not of the same structures.
+    `dem` has the values and `dem_curves` the curves of the DEM by (slurry, quantity) and (slurry, pair),
+    `replica_curves` those of the replicas as `Noise.rdf_spread` takes them. InputError if the DEM's are missing, or the
+    two files are not of the same structures.
     """
     structure, curves = read_table(structure_path), read_table(rdf_path)
     keys = ["surrogate", "slurry", "stage"]
@@ -33,18 +37,25 @@ def error_rows(structure_path: Path, rdf_path: Path, dem: dict, dem_curves: dict
         raise InputError(f"{rdf_path}: not the curves of the structures in {structure_path}")
     slurry = structure.slurry.iloc[0]
     particles = int(structure.value[structure.quantity == "particles"].iloc[0])
+    rdf = {}
+    for pair, of_pair in curves.groupby("pair", sort=False):
+        by_stage = dict(iter(of_pair.groupby("stage")))
+        of_dem = _of_dem(dem_curves, slurry, pair)
+        # The same for all stages, as in tables/rdf_errors.csv: the noise of g falls with r.
+        bins = min(map(len, [of_dem, *by_stage.values()]))
+        spread = noise.rdf_spread(pair, particles, replica_curves, bins)
+        for stage, curve in by_stage.items():
+            rdf[stage, f"{RDF_PREFIX}{pair}"] = rdf_difference(curve[:bins], of_dem[:bins]), 0.0, spread
     rows = []
     for (*names, stage), of_stage in structure.groupby(keys, sort=False):
+        measured = of_stage[of_stage.quantity != "particles"]
         compared = {
-            quantity: (value, _of_dem(dem, slurry, quantity))
-            for quantity, value in zip(of_stage.quantity, of_stage.value, strict=True)
-            if quantity != "particles"
+            quantity: (value, _of_dem(dem, slurry, quantity), noise.spread(quantity, particles))
+            for quantity, value in zip(measured.quantity, measured.value, strict=True)
         }
-        for pair, curve in curves[curves.stage == stage].groupby("pair", sort=False):
-            compared[f"{RDF_PREFIX}{pair}"] = rdf_difference(curve, _of_dem(dem_curves, slurry, pair)), 0.0
+        compared |= {quantity: values for (of, quantity), values in rdf.items() if of == stage}
         rows += [
-            dict(zip(COLUMNS, (*names, stage, quantity, *values, noise.spread(quantity, particles)), strict=True))
-            for quantity, values in compared.items()
+            dict(zip(COLUMNS, (*names, stage, quantity, *values), strict=True)) for quantity, values in compared.items()
         ]
     return rows
 
@@ -64,6 +75,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
     parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
     parser.add_argument("--noise", type=Path, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
     parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
@@ -85,9 +97,11 @@ def main() -> None:
         dem_curves = {
             key: curve for path in args.dem_rdf for key, curve in read_table(path).groupby(["slurry", "pair"])
         }
+        tables = [read_table(path) for path in args.replica_rdf]
+        replica_curves = curves_of_replicas(pd.concat(tables)) if tables else {}
         rows = []
         for structure_path, rdf_path in zip(args.structure, args.rdf, strict=True):
-            rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise)
+            rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise, replica_curves)
         write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 

@@ -2,10 +2,12 @@
 
 In: run.json, thermo.csv, and quantities and curves (CSV of measure_structure.py) of every run.
 Out: a table (CSV) of one row a run: rayleigh_share is timestep / Rayleigh time, rdf_difference the mean |g - g_0| of
-the RDF of all pairs, with g_0 the mean of the runs with the smallest timestep (of the others, for one of those itself),
-cpu_s that of LAMMPS. And one of one row a timestep: mean and standard deviation (sd, ddof = 1) over the seeds;
-density_difference is the mean density over that of the smallest timestep less 1, standard_error that of this
-difference, and accepted (yes or no) says whether it is within --max-density-difference.
+the RDF of all pairs over the bins that all runs have, g_0 being a run with the smallest timestep and another seed, and
+the mean over these runs; cpu_s that of LAMMPS. And one of one row a timestep: mean and standard deviation (sd,
+ddof = 1) over the seeds; <quantity>_difference is the mean over that of the smallest timestep less 1, and
+<quantity>_standard_error that of this difference (of the density: density_difference and standard_error). accepted (yes
+or no) says whether density_difference is within --max-density-difference; density_difference_bound is
+|density_difference| and two standard errors, up to which the seeds do not rule out a difference.
 """
 
 import argparse
@@ -25,6 +27,15 @@ from slurrycast.tables import read_table
 
 MEASURED = ("density_g_cm3", "coordination_all", "overlap_mean", "overlap_max")
 QUANTITIES = (*MEASURED, "rdf_difference", "time_to_equilibrium_us", "cpu_s")
+# whose difference from the smallest timestep is tabulated: names of its column and of that of its standard error
+DIFFERENCES = {
+    "density_g_cm3": ("density_difference", "standard_error"),
+    **{
+        quantity: (f"{quantity}_difference", f"{quantity}_standard_error")
+        for quantity in ("coordination_all", "overlap_mean", "time_to_equilibrium_us")
+    },
+}
+RESOLVED_STANDARD_ERRORS = 2
 
 
 def run_row(run: dict, thermo: pd.DataFrame, structure: pd.DataFrame) -> dict:
@@ -47,19 +58,17 @@ def run_row(run: dict, thermo: pd.DataFrame, structure: pd.DataFrame) -> dict:
     }
 
 
-def mean_curve(curves: list[pd.DataFrame]) -> pd.DataFrame:
-    """Mean of curves (columns r_um, g) over the bins that all have."""
-    bins = min(len(curve) for curve in curves)
-    return pd.DataFrame({"r_um": curves[0].r_um[:bins], "g": np.mean([curve.g[:bins] for curve in curves], axis=0)})
+def rdf_differences(timesteps_us: list[float], seeds: list[int], curves: list[pd.DataFrame]) -> list[float]:
+    """Mean difference of each curve from those of the smallest timestep with other seeds; NaN if there are none.
 
-
-def rdf_differences(timesteps_us: list[float], curves: list[pd.DataFrame]) -> list[float]:
-    """Difference of each curve from the mean of those of the smallest timestep but itself; NaN if none is left."""
-    smallest = min(timesteps_us)
+    The same for all timesteps: a run and one of the same seed start alike, and no run is compared with itself.
+    """
+    bins = min(map(len, curves))
+    smallest = [i for i, timestep_us in enumerate(timesteps_us) if timestep_us == min(timesteps_us)]
     differences = []
-    for own, curve in enumerate(curves):
-        others = [c for i, c in enumerate(curves) if timesteps_us[i] == smallest and i != own]
-        differences.append(rdf_difference(curve, mean_curve(others)) if others else np.nan)
+    for seed, curve in zip(seeds, curves, strict=True):
+        others = [rdf_difference(curve[:bins], curves[i][:bins]) for i in smallest if seeds[i] != seed]
+        differences.append(float(np.mean(others)) if others else np.nan)
     return differences
 
 
@@ -72,13 +81,37 @@ def summary(runs: pd.DataFrame, max_density_difference: float) -> pd.DataFrame:
             row[f"{quantity}_mean"], row[f"{quantity}_sd"] = mean_and_sd(of_step[quantity])
         rows.append(row)
     smallest = rows[0]
-    reference = smallest["density_g_cm3_mean"]
     for row in rows:
-        row["density_difference"] = row["density_g_cm3_mean"] / reference - 1
-        variances = [r["density_g_cm3_sd"] ** 2 / r["runs"] for r in (row, smallest)]
-        row["standard_error"] = np.sqrt(sum(variances)) / reference if row is not smallest else 0.0
-        row["accepted"] = "yes" if abs(row["density_difference"]) <= max_density_difference else "no"
+        for quantity, (difference, standard_error) in DIFFERENCES.items():
+            reference = smallest[f"{quantity}_mean"] or np.nan  # no share of nothing, such as no overlap
+            variances = [r[f"{quantity}_sd"] ** 2 / r["runs"] for r in (row, smallest)]
+            row[difference] = row[f"{quantity}_mean"] / reference - 1
+            row[standard_error] = np.sqrt(sum(variances)) / reference if row is not smallest else 0.0
+        change = abs(row["density_difference"])
+        row["density_difference_bound"] = change + RESOLVED_STANDARD_ERRORS * row["standard_error"]
+        row["accepted"] = "yes" if change <= max_density_difference else "no"
     return pd.DataFrame(rows)
+
+
+def in_words(row: pd.Series, max_density_difference: float) -> str:
+    """One line on a row of the summary that is not the smallest timestep's: what is accepted, and what is resolved."""
+    resolved, unresolved = [], []
+    for quantity, (difference, standard_error) in DIFFERENCES.items():
+        text = f"{quantity} {100 * row[difference]:+.2f} % +- {100 * row[standard_error]:.2f} %"
+        # Without a second seed there is no standard error, and nothing is resolved.
+        (resolved if abs(row[difference]) > RESOLVED_STANDARD_ERRORS * row[standard_error] else unresolved).append(text)
+    bound = row["density_difference_bound"]
+    if np.isnan(bound):
+        known = "one seed says nothing of the scatter"
+    else:
+        known = f"the difference is below {100 * bound:.2f} % at {RESOLVED_STANDARD_ERRORS} standard errors"
+        if bound > max_density_difference >= abs(row["density_difference"]):
+            known += f", so not shown to be within {100 * max_density_difference:g} %"
+    return (
+        f"{row['timestep_us']:g} us: density accepted: {row['accepted']}, {known}; "
+        f"differs from the smallest timestep in: {', '.join(resolved) or 'nothing resolved'}; "
+        f"not resolved: {', '.join(unresolved) or 'nothing'}"
+    )
 
 
 def parse_args() -> argparse.Namespace:
@@ -118,16 +151,13 @@ def main() -> None:
                 raise InputError(f"{run_path}: {mass_and_shape} in place of {wanted}: runs must differ in seed only")
         runs = pd.DataFrame(rows)
         column = list(runs.columns).index("time_to_equilibrium_us")
-        runs.insert(column, "rdf_difference", rdf_differences(runs.timestep_us.to_list(), curves))
+        runs.insert(column, "rdf_difference", rdf_differences(runs.timestep_us.to_list(), runs.seed.to_list(), curves))
         runs = runs.sort_values(["timestep_us", "seed"])
         by_timestep = summary(runs, args.max_density_difference)
         for table, path in ((runs, args.runs), (by_timestep, args.summary)):
             write_text(path, table.to_csv(index=False, float_format="%.9g"))
-    for row in by_timestep.itertuples():
-        print(
-            f"{row.timestep_us:g} us: density {100 * row.density_difference:+.2f} % "
-            f"+- {100 * row.standard_error:.2f} % from the smallest timestep, accepted: {row.accepted}"
-        )
+    for _, row in by_timestep[1:].iterrows():
+        print(in_words(row, args.max_density_difference))
 
 
 if __name__ == "__main__":

@@ -1,27 +1,50 @@
 """Fit how the costs of hybrid chain and full DEM grow with particle number, and count when a training is paid back.
 
-In: tables/speedup.csv, tables/cost.csv, and tables/equilibrium.csv for the roles of the slurries.
-Out: a table (CSV) of one row for each surrogate and clock (wall_s or cpu_s): the number of slurries with a full DEM;
-exponents b of seconds = a particles^b over these, by least squares of the logarithms; seconds of the training (empty
-for a model trained elsewhere, 0 where none is recorded) and of the DEM, features and data set of the training
-slurries (0 for a surrogate that needs none); median seconds saved a slurry; and after how many slurries the training,
-alone and with the training slurries, is paid back (empty where nothing is saved).
+In: cost records of all jobs of the hybrid chain and of the training, tables/equilibrium.csv for the roles of the
+slurries, the run.json of every slurry compared, and the DEM step of each surrogate's last input frame.
+Out: a table (CSV) of one row for each surrogate and clock (wall_s or cpu_s): the number of slurries with a full DEM,
+the fewest and most particles of these; exponents b of seconds = a particles^b over them, by least squares of the
+logarithms, with standard errors (empty for less than 3 slurries, or sizes that span less than a factor of 2); seconds
+of the training (0 where none is recorded) and of the DEM, features and data set of the training slurries (0 for a
+surrogate that needs none), both empty for a model trained elsewhere; median seconds saved a slurry of role test; and
+after how many slurries the training, alone and with the training slurries, is paid back (empty where nothing is saved).
 """
 
 import argparse
+import json
+from dataclasses import asdict
 from pathlib import Path
 
+import pandas as pd
+
+from slurrycast.costs import read_cost
 from slurrycast.files import run_main, write_text
-from slurrycast.speedup import scaling
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.speedup import compare_costs, label_and_steps, scaling
+from slurrycast.tables import read_equilibrium
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
+    parser.add_argument(
+        "--costs",
+        nargs="+",
+        type=Path,
+        required=True,
+        help="in: cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry, "
+        "of run_slurry of the training slurries, and of train_surrogate, fit_surrogate, adopt_model, measure_packing "
+        "and assemble_dataset as far as there are any",
+    )
     parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="in: run.json of the slurries")
+    parser.add_argument(
+        "--input-steps",
+        nargs="+",
+        type=label_and_steps,
+        required=True,
+        metavar="LABEL=STEPS",
+        help="DEM step of the last input frame of every surrogate",
+    )
     parser.add_argument(
         "--learns-from-dem",
         nargs="*",
@@ -36,9 +59,14 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read, fit, write."""
     args = parse_args()
-    equilibrium = read_equilibrium(args.equilibrium)
-    training = list(equilibrium.slurry[equilibrium.role == "train"])
-    table = scaling(read_table(args.speedup), read_table(args.cost_table), training, set(args.learns_from_dem))
+    costs = pd.DataFrame([asdict(read_cost(path)) for path in args.costs])
+    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
+    equilibrium, by_slurry = read_equilibrium(args.equilibrium), {run["slurry"]: run for run in runs}
+    speedup = pd.concat(
+        compare_costs(costs, equilibrium, by_slurry, dict(args.input_steps), clock) for clock in ("wall_s", "cpu_s")
+    )
+    roles = dict(zip(equilibrium.slurry, equilibrium.role, strict=True))
+    table = scaling(speedup, costs, roles, set(args.learns_from_dem))
     write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
 
 

@@ -3,8 +3,9 @@
 In: quantities and curves (CSV) of replicas, DEM runs of a slurry with other seeds and ids <slurry>_r<number>; frame
 stores (HDF5) of twins, continued from the last input frame with positions moved by a hair, and of their originals.
 Out: a table (CSV): slurry, particles, quantity, number of runs, mean and standard deviation (ddof = 1) of the
-replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them. For
-twin_floor_um2, mean is the mean squared distance (um2) of one twin from its original at the target frame.
+replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them and all
+bins that all of them have. For twin_floor_um2, mean is the mean squared distance (um2) of one twin from its original at
+the target frame.
 """
 
 import argparse

@@ -1,9 +1,11 @@
 """Plot the structural error of every surrogate after relaxation against what it costs, and which are on the front.
 
-In: tables/front.csv, tables/structure_errors.csv for the scatter of DEM replicas, tables/equilibrium.csv for the roles.
+In: tables/front.csv, tables/structure_errors.csv for the scatter of DEM replicas, tables/equilibrium.csv for the roles,
+and tables/speedup.csv for what the DEM up to its own equilibrium costs.
 Out: PNG, one panel for the density and one for the RDF; a point is the mean over the slurries of role test, the text
-beside it names variant and last input frame (f10: frame 10), and the band is what DEM runs with other seeds differ by.
-Surrogates on the front are named in full: no other one is at most as dear and better.
+beside it names variant and last input frame (f10: frame 10). The band is the noise of the DEM, within which order is
+not resolved: of the density, 2 sd of replicas; of the RDF, the mean difference between two replicas. Surrogates on the
+front are named in full: neither another one nor the full DEM, which has no error, is at most as dear and better.
 """
 
 import argparse
@@ -21,14 +23,21 @@ from matplotlib.transforms import Bbox
 
 from slurrycast.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours, surrogate_family
 from slurrycast.files import InputError, run_main
-from slurrycast.front import mean_front, non_dominated, replica_band
+from slurrycast.front import equilibrium_share, mean_front, on_front, replica_band
+from slurrycast.noise import BAND_SDS
 from slurrycast.tables import read_equilibrium, read_table
 
 MARKERS = "osD^vPX*<>"
 PANELS = {
-    "density_error": ("Density", "|density / DEM − 1| after relaxation (%)", 100.0),
-    "rdf_error": ("RDF, all pairs", "mean |g − g of the DEM| after relaxation", 1.0),
+    "density_error": ("Density", "|density / DEM − 1| after relaxation (%)", 100.0, f"{BAND_SDS} sd of replicas"),
+    "rdf_error": (
+        "RDF, all pairs",
+        "mean |g − g of the DEM| after relaxation",
+        1.0,
+        "mean difference between two replicas",
+    ),
 }
+FULL = "full DEM (no error: below the axis)"
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1))
 DISTANCES_PT = (6, 11, 17, 25)
 
@@ -71,41 +80,56 @@ def place_names(axes: Axes, names: Sequence[tuple[str, float, float, str]]) -> N
             option.remove()
 
 
-def draw_panel(axes: Axes, points: pd.DataFrame, column: str, band: float, markers: Mapping[str, str]) -> None:
-    """Draw one panel; `points` are rows of `front.mean_front`, `band` in units of `column`, NaN for none."""
-    title, ylabel, scale = PANELS[column]
+def draw_panel(
+    axes: Axes, points: pd.DataFrame, column: str, band: float, markers: Mapping[str, str], equilibrium: float
+) -> None:
+    """Draw one panel; `points` are rows of `front.mean_front`, `band` in units of `column`, NaN for none.
+
+    `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN for none.
+    """
+    title, ylabel, scale, band_words = PANELS[column]
     cost, error = 100 * points.cost_share_of_full_dem, scale * points[column]
     colours = surrogate_colours(list(markers))
     axes.set(xscale="log", yscale="log", title=title, xlabel="Cost (% of the full DEM, CPU time)", ylabel=ylabel)
-    axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2, label="full DEM")
-    on_front = non_dominated(cost, error)
-    axes.plot(cost[on_front], error[on_front], color=INK, linewidth=1.1, zorder=2, label="front")
+    front = on_front(points.cost_share_of_full_dem, points[column])
+    axes.plot(cost[front], error[front], color=INK, linewidth=1.1, zorder=2, label="front")
     for family, marker in markers.items():
         own = points.family == family
         axes.plot(cost[own], error[own], marker, color=colours[family], markeredgecolor="white", ms=8, label=family)
     lowest = min(error.min(), scale * band if band > 0 else np.inf) / 2
     axes.set_ylim(bottom=lowest, top=1.6 * error.max())
-    axes.set_xlim(0.6 * cost.min(), 1.3 * max(cost.max(), 100.0))
+    axes.set_xlim(0.6 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
+    axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2)
+    if equilibrium > 0:
+        axes.axvline(100 * equilibrium, color=DEM, linestyle=":", linewidth=1.4, label="DEM to its own equilibrium")
+    # no error has no place on a logarithmic axis
+    axes.plot(100, 0, "*", transform=axes.get_xaxis_transform(), clip_on=False, color=DEM, ms=13, zorder=4, label=FULL)
     if band > 0:
-        axes.axhspan(lowest, scale * band, color=FAINT, alpha=0.5, linewidth=0, label="DEM with other seeds")
+        axes.axhspan(
+            lowest, scale * band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: order not resolved"
+        )
+        axes.set_title(f"{title} (band: {band_words})")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
 
 
-def draw_front(points: pd.DataFrame, band: Mapping[str, float]) -> Figure:
-    """Draw both panels; `points` as `front.mean_front` returns them, `band` as `front.replica_band` does."""
+def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: float) -> Figure:
+    """Draw both panels; `points` as `front.mean_front` returns them, `band` as `front.replica_band` does.
+
+    `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN for none.
+    """
     points = points.assign(family=[surrogate_family(label, points.surrogate) for label in points.surrogate])
     families = list(dict.fromkeys(points.family))
     markers = {family: MARKERS[place % len(MARKERS)] for place, family in enumerate(families)}
     figure = new_figure(11.0, 5.4)
     panels = figure.subplots(1, 2)
     for axes, column in zip(panels, PANELS, strict=True):
-        draw_panel(axes, points, column, band[column], markers)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=min(len(families) + 3, 6))
+        draw_panel(axes, points, column, band[column], markers, equilibrium)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=min(len(families) + 4, 5))
     for axes, column in zip(panels, PANELS, strict=True):
-        on_front = non_dominated(points.cost_share_of_full_dem, points[column])
+        front = on_front(points.cost_share_of_full_dem, points[column])
         names = [
             (
                 row.surrogate if named else short_name(row.surrogate, row.family, row.input_last_frame),
@@ -113,7 +137,7 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float]) -> Figure:
                 PANELS[column][2] * getattr(row, column),
                 "bold" if named else "normal",
             )
-            for row, named in zip(points.itertuples(), on_front, strict=True)
+            for row, named in zip(points.itertuples(), front, strict=True)
         ]
         place_names(axes, sorted(names, key=lambda name: name[3]))
     return figure
@@ -125,6 +149,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
     parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
     parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
@@ -137,7 +162,9 @@ def main() -> None:
     if table.empty:
         raise InputError(f"{args.front}: no slurry of role test")
     points = mean_front(table)
-    save_figure(draw_front(points, replica_band(read_table(args.structure_errors), set(table.slurry))), args.figure)
+    test = set(table.slurry)
+    band = replica_band(read_table(args.structure_errors), test)
+    save_figure(draw_front(points, band, equilibrium_share(read_table(args.speedup), test, "cpu_s")), args.figure)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Plot what the timestep changes in the end of a DEM run and what it costs, and density against the size of a slurry.
 
 In: both tables of compare_timesteps.py, and tables/equilibrium.csv for the slurries of all sizes.
-Out: PNG; points are runs with different seeds, the line their mean at each timestep; the band of the density is what
+Out: PNG; points are runs with different seeds, the line their mean at each timestep with two standard errors (none for
+the RDF, whose differences share the runs that they are from); the band of the density is what
 --max-density-difference accepts.
 """
 
@@ -21,7 +22,7 @@ PANELS = {
     "density_g_cm3": ("Density", "Density (g/cm³)", 1),
     "coordination_all": ("Contacts", "Mean contacts of a particle", 1),
     "overlap_mean": ("Overlap", "Mean overlap (% of Rᵢ + Rⱼ)", 100),
-    "rdf_difference": ("RDF", "Mean |g − g at the smallest|", 1),
+    "rdf_difference": ("RDF", "Mean |g − g of another seed\nat the smallest|", 1),
     "cpu_s": ("Cost", "LAMMPS (CPU s)", 1),
 }
 PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
@@ -31,7 +32,10 @@ def draw_panel(axes: Axes, runs: pd.DataFrame, summary: pd.DataFrame, quantity: 
     """Draw one quantity against the timestep."""
     title, label, factor = PANELS[quantity]
     mean = factor * summary[f"{quantity}_mean"]
-    axes.plot(1e3 * summary.timestep_us, mean, "-_", color=DEM, ms=12, mew=2, lw=1, label="mean of the seeds")
+    # None for the RDF: its differences share the runs that they are from, so they are not independent.
+    two_errors = 2 * factor * summary[f"{quantity}_sd"] / summary.runs**0.5 if quantity != "rdf_difference" else None
+    style = {"fmt": "-_", "color": DEM, "ms": 12, "mew": 2, "lw": 1, "capsize": 3}
+    axes.errorbar(1e3 * summary.timestep_us, mean, two_errors, **style, label="mean ± 2 standard errors")
     axes.plot(1e3 * runs.timestep_us, factor * runs[quantity], "o", mfc="none", mec=RELAXED, ms=5, label="one run")
     axes.set(title=title, ylabel=label, xscale="log", xlabel="Timestep (ns)")
     axes.xaxis.set_major_locator(FixedLocator(1e3 * summary.timestep_us))

@@ -82,6 +82,13 @@ def question_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameSt
     return Question(str(store.attributes["slurry"]), store.particles, frames, final_edges_um, continuation)
 
 
+def advice(surrogate: ModuleType) -> str:
+    """What to do about a box that is too small, by where it comes from; empty if nothing is known to help."""
+    if surrogate.BOX_RULE == "mean_packing_fraction":
+        return ": check surrogate.packing_fraction, or without it the densities of the training slurries"
+    return f": train longer (surrogate.{surrogate.NAME}.epochs)" if surrogate.MODEL_FILE == "model.keras" else ""
+
+
 def main() -> None:
     """Predict and write."""
     args = parse_args()
@@ -110,7 +117,7 @@ def main() -> None:
             if scale <= 0 or np.prod(edges_um) < particles_um3:
                 raise RunError(
                     f"{source}: predicts a box {scale:.3g} times as wide as at frame {last.number} for slurry "
-                    f"{slurry}, which cannot hold its particles: train longer (surrogate.{label.name}.epochs)"
+                    f"{slurry}, which cannot hold its particles{advice(surrogate)}"
                 )
             frame = Frame(
                 number=args.target_frame,

@@ -3,6 +3,8 @@
 In: the training set (HDF5), learning curves (CSV) and the table of skill (CSV).
 Out: a table (CSV), one row for each network and one for `affine`, which is not trained:
     target, coordinates, box    what it is asked for, in which coordinates it sees particles, whether it sees the box
+    standardised                whether inputs and target are standardised by the training samples
+    epochs                      trained for; those of the published network are configured on their own
     best_val_loss_um2           of the particles held out of the training slurries, in the true final box but for vgg16;
                                 for `affine` the same error of the same particles
     best_epoch                  with that loss
@@ -26,10 +28,9 @@ from slurrycast.tables import read_table
 
 ROLES = ("validation", "test")
 COLUMNS = (
-    *("surrogate", "target", "coordinates", "box", "best_val_loss_um2", "best_epoch"),
+    *("surrogate", "target", "coordinates", "box", "standardised", "epochs", "best_val_loss_um2", "best_epoch"),
     *(f"{role}_{quantity}" for quantity in ("mse_um2", "skill") for role in ROLES),
 )
-PUBLISHED = vgg16_box.Form(displacement=False, scaled=False, box=False)
 
 
 def parse_args() -> argparse.Namespace:
@@ -52,32 +53,30 @@ def parse_args() -> argparse.Namespace:
     return args
 
 
-def words(form: vgg16_box.Form) -> dict[str, str]:
-    """A form as the table says it."""
-    return {
-        "target": "displacement" if form.displacement else "absolute",
-        "coordinates": "scaled" if form.scaled else "xu",
-        "box": "yes" if form.box else "no",
-    }
-
-
-def form_of(label: str) -> vgg16_box.Form:
-    """What the network of a label is fed and asked. InputError if it is none of the ablation's."""
+def words(label: str) -> dict[str, str]:
+    """What the network of a label is fed and asked, as the table says it. InputError if it is not of the ablation."""
     parsed = surrogates.parse(label)
     if parsed.name == vgg16_box.NAME:
-        return vgg16_box.form(parsed.settings)
+        form = vgg16_box.form(parsed.settings)
+        return {
+            "target": "displacement" if form.displacement else "absolute",
+            "coordinates": "scaled" if form.scaled else "xu",
+            "box": "yes" if form.box else "no",
+            "standardised": "yes",
+        }
     if parsed.name != vgg16.NAME:
         raise InputError(f"--surrogates: {label} is not part of the ablation, allowed: vgg16 and vgg16_box")
-    return PUBLISHED
+    coordinates = parsed.settings.get("coordinates") or "xu"
+    return {"target": "absolute", "coordinates": coordinates, "box": "no", "standardised": "no"}
 
 
-def best_epoch(path: Path) -> dict[str, float]:
-    """Lowest validation loss of learning curves and the epoch that has it; nothing if they have no rows."""
+def training(path: Path) -> dict[str, float]:
+    """Epochs of learning curves, their lowest validation loss and its epoch; nothing if they have no rows."""
     history = read_table(path)
     if history.empty:
         return {}
     best = history.loc[history.val_loss.idxmin()]
-    return {"best_val_loss_um2": best.val_loss, "best_epoch": int(best.epoch)}
+    return {"epochs": len(history), "best_val_loss_um2": best.val_loss, "best_epoch": int(best.epoch)}
 
 
 def affine_loss_um2(training_set: TrainingSet) -> float:
@@ -103,13 +102,13 @@ def main() -> None:
     with measured_cost(args.cost, "tabulate_ablation"):
         skill = read_table(args.skill)
         rows = [
-            {"surrogate": label} | words(form_of(label)) | best_epoch(path) | held_out(skill, label, args.roles)
+            {"surrogate": label} | words(label) | training(path) | held_out(skill, label, args.roles)
             for label, path in zip(args.surrogates, args.histories, strict=True)
         ]
-        affine = {"target": "-", "coordinates": "scaled", "box": "yes"}
+        affine = {"target": "-", "coordinates": "scaled", "box": "yes", "standardised": "-"}
         loss = {"best_val_loss_um2": affine_loss_um2(read_training_set(args.dataset))}
         rows.append({"surrogate": "affine"} | affine | loss | held_out(skill, "affine", args.roles))
-        table = pd.DataFrame(rows, columns=COLUMNS).astype({"best_epoch": "Int64"})
+        table = pd.DataFrame(rows, columns=COLUMNS).astype({"epochs": "Int64", "best_epoch": "Int64"})
         write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
 
 

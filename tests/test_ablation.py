@@ -38,12 +38,12 @@ def run(command, tmp_path):
         seed=1,
     )
 
-    def start(labels=LABELS, roles=ROLES):
+    def start(labels=LABELS, roles=ROLES, epochs=3):
         histories = []
         for number, label in enumerate(labels):
             histories.append(tmp_path / f"{label}.csv")
             curve = {"epoch": [1, 2, 3], "loss": [9, 8, 7], "mae": [3, 2, 1], "val_loss": [5, 2 + number, 4 + number]}
-            pd.DataFrame(curve).assign(val_mae=1).to_csv(histories[-1], index=False)
+            pd.DataFrame(curve)[:epochs].assign(val_mae=1).to_csv(histories[-1], index=False)
         paths = {"dataset": "training.h5", "skill": "skill.csv", "table": "ablation.csv", "cost": "cost.json"}
         options = {name: tmp_path / file for name, file in paths.items()}
         words = command("tabulate_ablation", surrogates=labels, histories=histories, roles=json.dumps(roles), **options)
@@ -66,6 +66,8 @@ def test_rows_say_what_each_network_is_and_how_good(run, tmp_path):
         ("displacement", "scaled", "yes"),
         ("-", "scaled", "yes"),
     ]
+    assert table.standardised.tolist() == ["no", "yes", "yes", "yes", "yes", "-"]
+    assert table.epochs.fillna(0).tolist() == [3, 3, 3, 3, 3, 0]
     # val_loss 5, 2 + number, 4 + number: the second epoch is the best until its loss is above 5
     np.testing.assert_allclose(table.best_val_loss_um2, [2, 3, 4, 5, 5, 0.3**2 / 6])
     assert table.best_epoch.fillna(0).tolist() == [2, 2, 2, 1, 1, 0]
@@ -74,6 +76,18 @@ def test_rows_say_what_each_network_is_and_how_good(run, tmp_path):
     np.testing.assert_allclose(table.test_mse_um2, 0.1 * (rows + 2.5))
     np.testing.assert_allclose(table.validation_skill, 1 - 0.2 * (rows + 0.5))
     np.testing.assert_allclose(table.test_skill, 1 - 0.2 * (rows + 3))  # of slurry 6 alone: 1 has no floor
+
+
+def test_relative_coordinates_and_a_model_without_curves(run, tmp_path):
+    labels = ["vgg16", "vgg16_relative"]
+    skill = pd.read_csv(tmp_path / "skill.csv", dtype=str)
+    as_relative = skill[skill.surrogate == "vgg16"].assign(surrogate="vgg16_relative")
+    pd.concat([skill, as_relative]).to_csv(tmp_path / "skill.csv", index=False)
+    assert run(labels=labels, epochs=0).returncode == 0
+    table = read_table(tmp_path / "ablation.csv").set_index("surrogate").loc[labels]
+    assert table.coordinates.tolist() == ["xu", "relative"]
+    assert table.standardised.tolist() == ["no", "no"]
+    assert table[["epochs", "best_epoch", "best_val_loss_um2"]].isna().all(axis=None)
 
 
 def test_a_role_without_slurries_is_empty(run, tmp_path):

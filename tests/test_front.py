@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from slurrycast.costs import Cost
 from slurrycast.front import (
     at_equal_cost,
+    equilibrium_share,
     front,
     is_reference,
     mean_front,
     non_dominated,
+    on_front,
     replica_band,
     structure_error_columns,
 )
@@ -98,38 +100,67 @@ def front_rows(rows: list[tuple]) -> pd.DataFrame:
     return table.assign(slurry="2", rdf_error=2 * table.density_error)
 
 
-def test_equal_cost_is_half_way_in_the_logarithm():
-    points = front_rows(
-        [
-            ("early_dem_x2", 10, 0.4, 0.01),
-            ("early_dem_x32", 10, 0.1, 0.03),
-            ("early_dem_x2_f02", 2, 0.3, 0.05),
-            ("net", 10, 0.2, 0.07),
-            ("affine", 10, 0.05, 0.02),
-            ("vgg16", 10, 0.5, 0.02),
-            ("affine_f01", 1, 0.04, 0.02),
-            ("affine_f02", 2, 0.3, 0.02),
-        ]
-    )
-    mse_um2 = [0.05, 0.07, 0.09, 0.06, 0.08, 0.1, 0.11]
-    skill = pd.DataFrame({"surrogate": points.surrogate[:7], "slurry": "2", "mse_um2": mse_um2})
-    rows = at_equal_cost(points, skill).set_index("surrogate")
-    assert list(rows.index) == ["net", "affine", "vgg16", "affine_f01", "affine_f02"]
+def equal_cost(points: list[tuple], mse_um2: dict[str, float]) -> pd.DataFrame:
+    """Rows of tables/equal_cost.csv by surrogate."""
+    skill = pd.DataFrame({"surrogate": list(mse_um2), "slurry": "2", "mse_um2": list(mse_um2.values())})
+    return at_equal_cost(front_rows(points), skill).set_index("surrogate")
+
+
+EARLY = [("early_dem_x2", 10, 0.4, 0.01), ("early_dem_x32_f02", 2, 0.1, 0.03)]
+EARLY_MSE_UM2 = {"early_dem_x2": 0.05, "early_dem_x32_f02": 0.07}
+
+
+def test_equal_cost_is_half_way_in_the_logarithm_whatever_the_input_frames():
+    others = [("net", 10, 0.2, 0.07), ("affine_f01", 1, 0.4, 0.02)]
+    rows = equal_cost([*EARLY, *others], EARLY_MSE_UM2 | {"net": 0.06})
+    assert list(rows.index) == ["net", "affine_f01"]
     net = rows.loc["net"]
     assert (net.mse_um2, net.early_dem_mse_um2) == pytest.approx((0.06, 0.06))
     assert (net.density_error, net.early_dem_density_error) == pytest.approx((0.07, 0.02))
     assert (net.rdf_error, net.early_dem_rdf_error) == pytest.approx((0.14, 0.04))
-    assert list(rows.note) == [
-        "",
-        "cheaper than any early_dem",
-        "dearer than any early_dem",
-        "no early_dem from this frame",
-        "",
-    ]
-    assert rows.early_dem_density_error.isna().tolist() == [False, True, True, True, False]
-    # at the very cost of the only one from frame 2; without an MSE of its own
-    assert rows.early_dem_density_error["affine_f02"] == pytest.approx(0.05)
-    assert np.isnan(rows.mse_um2["affine_f02"])
+    # at the very cost of one of them; without an MSE of its own
+    assert rows.early_dem_density_error["affine_f01"] == pytest.approx(0.01)
+    assert np.isnan(rows.mse_um2["affine_f01"])
+    np.testing.assert_allclose(rows.early_dem_cost_share, rows.cost_share_of_full_dem)
+    assert list(rows.note) == ["", ""]
+
+
+def test_beyond_the_hurried_dem_the_nearest_one_is_beside():
+    rows = equal_cost([*EARLY, ("affine", 10, 0.05, 0.02), ("vgg16", 10, 0.5, 0.02)], EARLY_MSE_UM2)
+    assert list(rows.note) == ["cheaper than any early_dem", "dearer than any early_dem"]
+    np.testing.assert_allclose(rows.early_dem_cost_share, [0.1, 0.4])
+    np.testing.assert_allclose(rows.early_dem_mse_um2, [0.07, 0.05])
+    np.testing.assert_allclose(rows.early_dem_density_error, [0.03, 0.01])
+
+
+def test_a_dearer_one_with_a_larger_error_is_not_what_one_would_take():
+    worse = ("early_dem_x3_f05", 5, 0.2, 0.001)
+    others = [("net", 10, 0.2, 0.07), ("vgg16", 10, 0.6, 0.07)]
+    dearest = ("early_dem_x1", 10, 0.6, 0.002)
+    rows = equal_cost([*EARLY, worse, dearest, *others], EARLY_MSE_UM2 | {"early_dem_x3_f05": 0.2, "early_dem_x1": 0.3})
+    # the errors are those of the one with the lowest MSE, all of them
+    np.testing.assert_allclose(rows.early_dem_mse_um2, [0.07, 0.05])
+    np.testing.assert_allclose(rows.early_dem_density_error, [0.03, 0.01])
+    assert list(rows.note) == ["", ""]
+
+
+def test_the_full_dem_is_on_the_front():
+    cost, error = np.array([0.1, 0.9, 1.0, 1.2]), np.array([0.5, 0.1, 0.05, 0.01])
+    assert on_front(cost, error).tolist() == [True, True, False, False]
+
+
+def test_share_of_the_dem_to_equilibrium():
+    speedup = pd.DataFrame(
+        {
+            "surrogate": ["a", "a", "a", "b", "a", "a"],
+            "slurry": ["1", "2", "3", "1", "V1", "1"],
+            "clock": ["cpu_s"] * 5 + ["wall_s"],
+            "dem": 10.0,
+            "dem_to_equilibrium": [4.0, 6.0, np.nan, 4.0, 9.0, 1.0],
+        }
+    )
+    assert equilibrium_share(speedup, {"1", "2", "3"}, "cpu_s") == pytest.approx(0.5)
+    assert np.isnan(equilibrium_share(speedup, {"3"}, "cpu_s"))
 
 
 def test_which_labels_are_the_hurried_dem():
@@ -181,4 +212,4 @@ def test_the_tables_are_written(tmp_path, command):
     np.testing.assert_allclose(rows.density_error, 0.05)
     equal = read_table(tables["equal"])
     assert list(equal.mse_um2) == [0.08, 0.09]
-    assert set(equal.note) == {"no early_dem from this frame"}
+    assert set(equal.note) == {"no early_dem of this slurry"}

@@ -73,8 +73,8 @@ def test_front_names_those_that_are_on_it(tmp_path, monkeypatch):
     points = {
         "surrogate": labels,
         "input_last_frame": [10, 2, 10, 2, 10],
-        "cost_share_of_full_dem": [0.1, 0.05, 0.4, 0.3, 0.2],
-        "density_error": [0.004, 0.005, 0.002, 0.0045, 0.01],
+        "cost_share_of_full_dem": [0.1, 0.05, 0.4, 0.3, 1.2],
+        "density_error": [0.004, 0.005, 0.002, 0.0045, 0.001],
         "rdf_error": [0.02, 0.02, 0.02, 0.01, 0.03],
     }
     test, validation = (pd.DataFrame(points | {"slurry": slurry}) for slurry in ("2", "V1"))
@@ -86,11 +86,13 @@ def test_front_names_those_that_are_on_it(tmp_path, monkeypatch):
     errors |= {"value": [2.0, 0.02], "dem_value": [2.0, 0.0], "replica_sd": [0.006, 0.015]}
     pd.DataFrame(errors).to_csv(tmp_path / "structure_errors.csv", index=False)
 
+    comparison("affine").assign(slurry=["2", "N1"], clock="cpu_s").to_csv(tmp_path / "speedup.csv", index=False)
+
     drawn = {}
     original = plot_front.draw_front
     monkeypatch.setattr(plot_front, "draw_front", lambda *given: drawn.setdefault("figure", original(*given)))
     words = ["plot_front", "--figure", str(tmp_path / "front.png")]
-    for name in ("front", "equilibrium", "structure_errors"):
+    for name in ("front", "equilibrium", "structure_errors", "speedup"):
         words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
     monkeypatch.setattr(sys, "argv", words)
     plot_front.main()
@@ -99,7 +101,13 @@ def test_front_names_those_that_are_on_it(tmp_path, monkeypatch):
     assert set(texts(rdf)) == {"f10", "affine_f02", "x2 f10", "early_dem_x10_f02"}
     front = next(line for line in density.lines if line.get_label() == "front")
     np.testing.assert_allclose(front.get_xydata(), [[5, 0.5], [10, 0.4], [40, 0.2]])  # both in %
-    band = next(patch for patch in density.patches if patch.get_label() == "DEM with other seeds")
+    equilibrium = next(line for line in density.lines if line.get_label() == "DEM to its own equilibrium")
+    assert set(equilibrium.get_xdata()) == {60}
+    assert [axes.get_title() for axes in (density, rdf)] == [
+        "Density (band: 2 sd of replicas)",
+        "RDF, all pairs (band: mean difference between two replicas)",
+    ]
+    band = next(patch for patch in density.patches if patch.get_label() == "noise of the DEM: order not resolved")
     assert band.get_extents().transformed(density.transData.inverted()).y1 == pytest.approx(0.6)
     assert is_drawn(tmp_path / "front.png")
 
@@ -107,7 +115,7 @@ def test_front_names_those_that_are_on_it(tmp_path, monkeypatch):
 def test_front_without_replicas(tmp_path):
     columns = {"surrogate": ["affine"], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
     points = pd.DataFrame(columns | {"density_error": [0.004], "rdf_error": [0.02]})
-    figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan})
+    figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan}, np.nan)
     assert [len(axes.patches) for axes in figure.axes] == [0, 0]
     save_figure(figure, tmp_path / "front.png")
     assert is_drawn(tmp_path / "front.png")

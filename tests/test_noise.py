@@ -12,6 +12,7 @@ from slurrycast.files import InputError
 from slurrycast.noise import (
     COLUMNS,
     Noise,
+    curves_of_replicas,
     mean_and_sd,
     rdf_difference,
     rdf_spread,
@@ -36,6 +37,12 @@ TABLE = pd.DataFrame(
 def curve(g: list[float], width_um: float = 0.5) -> pd.DataFrame:
     """Curve with equal bins from 0."""
     return pd.DataFrame({"r_um": width_um * (np.arange(len(g)) + 0.5), "g": g})
+
+
+# Curves of two replicas each, which differ by 0.06 and 0.02 over three bins and by less over more.
+CURVES = {
+    (slurry, "all"): [curve([1.0] * 5), curve([1 + d] * 3 + [1.0] * 2)] for slurry, d in (("6", 0.06), ("2", 0.02))
+}
 
 
 @pytest.mark.parametrize(("replica", "slurry"), [("6_r1", "6"), ("V2_r12", "V2"), ("a_r1_r2", "a_r1")])
@@ -90,14 +97,53 @@ def test_spread_of_replicas_falls_with_the_square_root_of_their_number():
 def test_other_sizes_are_scaled_from_the_nearer_slurry(particles, sd, rdf, floor_um2):
     noise = Noise(Path("noise.csv"), TABLE)
     assert noise.spread("density_g_cm3", particles) == pytest.approx(sd)
-    assert noise.spread("rdf_all", particles) == pytest.approx(rdf)
+    assert noise.rdf_spread("all", particles, CURVES, 3) == pytest.approx(rdf)
     assert noise.floor_um2(particles) == floor_um2
+
+
+def test_rdf_spread_is_over_the_bins_compared():
+    noise = Noise(Path("noise.csv"), TABLE)
+    by_bins = [noise.rdf_spread("all", 1000, CURVES, bins) for bins in (2, 3, 4, 5, 9)]
+    assert by_bins == pytest.approx([0.06, 0.06, 0.045, 0.036, 0.036])  # the replicas end after 5
+    with pytest.raises(InputError, match="slurry 6: RDF all of 0 replicas, needed are two or more"):
+        noise.rdf_spread("all", 1000, {("2", "all"): CURVES["2", "all"]}, 3)
+    with pytest.raises(InputError, match=r"noise\.csv: no rdf_NiO-NiO"):
+        noise.rdf_spread("NiO-NiO", 1000, CURVES, 3)
+
+
+def test_curves_belong_to_the_slurry_that_is_replicated():
+    tables = [
+        curve([k, k]).assign(slurry=f"{slurry}_r{k}", pair=pair)
+        for slurry in ("6", "V_r1")
+        for k in (1, 2)
+        for pair in ("all", "NiO-NiO")
+    ]
+    curves = curves_of_replicas(pd.concat(tables))
+    assert set(curves) == {(slurry, pair) for slurry in ("6", "V_r1") for pair in ("all", "NiO-NiO")}
+    assert [list(c.g) for c in curves["V_r1", "all"]] == [[1, 1], [2, 2]]
+    with pytest.raises(InputError, match="slurry 6: not a replica"):
+        curves_of_replicas(curve([1]).assign(slurry="6", pair="all"))
+
+
+def test_rdf_noise_of_a_larger_box_is_that_of_its_own_range():
+    """Counts of an ideal gas: with the range of the larger box its spread is found, with their own it is not."""
+    rng = np.random.default_rng(7)
+
+    def replica(particles: int, bins: int) -> pd.DataFrame:
+        shells = np.diff(np.arange(bins + 1.0) ** 3)
+        return curve(rng.poisson(particles * shells) / (particles * shells))
+
+    small, larger = ([replica(particles, bins) for _ in range(40)] for particles, bins in ((20, 24), (80, 12)))
+    noise = Noise(Path("noise.csv"), pd.DataFrame([("6", 20, "rdf_all", 40, 0, 0)], columns=COLUMNS))
+    measured = rdf_spread(larger)[0]
+    assert noise.rdf_spread("all", 80, {("6", "all"): small}, 12) == pytest.approx(measured, rel=0.05)
+    assert rdf_spread(small)[0] / 2 < 0.8 * measured
 
 
 def test_a_quantity_without_noise_is_named(tmp_path):
     (tmp_path / "noise.csv").write_text(TABLE[:2].to_csv(index=False))
     noise = read_noise(tmp_path / "noise.csv")
-    assert noise.spread("rdf_all", 1000) == 0.06
+    assert noise.spread("density_g_cm3", 1000) == 0.004
     with pytest.raises(InputError, match=r"noise\.csv: no twin_floor_um2"):
         noise.floor_um2(1000)
     (tmp_path / "noise.csv").write_text(TABLE.drop(columns="sd").to_csv(index=False))

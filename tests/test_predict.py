@@ -122,6 +122,41 @@ def test_what_a_surrogate_needs_is_asked_for(command, slurry, tmp_path):
         assert f"{surrogate} needs {option}" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("surrogate", "advice"),
+    [
+        ("vgg16", ": train longer (surrogate.vgg16.epochs)"),
+        ("linear", ""),
+        ("affine", ": check surrogate.packing_fraction, or without it the densities of the training slurries"),
+    ],
+)
+def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(command, slurry, tmp_path, surrogate, advice):
+    """All shrink the box at the last frame to 0.1 of its edges or to a packing fraction above 1."""
+    import keras
+
+    options = {"surrogate": surrogate, "settings": "{}", "frames": slurry / "frames.h5", "input_frames": [9, 10]}
+    if surrogate == "vgg16":
+        inputs = keras.Input((2, 6))
+        dense = keras.layers.Dense(3, use_bias=False)
+        model = keras.Model(inputs, dense(keras.layers.Flatten()(inputs)))
+        kernel = np.zeros((12, 3))
+        kernel[8:11] = 0.1 * np.eye(3)
+        dense.set_weights([kernel])
+        options["model"] = tmp_path / "model.keras"
+        model.save(options["model"])
+    elif surrogate == "linear":
+        options["model"] = tmp_path / "model.json"
+        options["model"].write_text(json.dumps({"input_frames": [9, 10], "coefficients": [0, 0.1]}))
+    else:
+        options["packing"] = tmp_path / "packing.json"
+        options["packing"].write_text('{"mean": 1.5}')
+    options |= {"target_frame": 120, "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
+    done = subprocess.run(command("predict_slurry", **options), capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith(f"which cannot hold its particles{advice}")
+    assert not (tmp_path / "p.h5").exists()
+
+
 def test_packing_fraction_of_the_training_slurries(command, slurry, tmp_path):
     options = {"frames": slurry / "frames.h5", "target_frame": 120, "packing": tmp_path / "packing.json"}
     subprocess.run(command("measure_packing", **options, cost=tmp_path / "c.json"), check=True)

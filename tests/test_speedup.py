@@ -1,15 +1,19 @@
 """What the hybrid chain costs end to end, against made-up runs whose costs are known."""
 
 import argparse
+import json
 import subprocess
+from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import linregress
 
 import compare_study_costs
+from slurrycast.costs import Cost
 from slurrycast.files import InputError
 from slurrycast.speedup import (
     HYBRID_PARTS,
@@ -50,6 +54,9 @@ EQUILIBRIUM = pd.DataFrame(
         "warning": ["", "not in equilibrium", "", ""],
     }
 )
+
+
+ROLES = dict(zip(EQUILIBRIUM.slurry, EQUILIBRIUM.role, strict=True))
 
 
 def cost_table(labels: tuple[str, ...] = ("net", "net_f02")) -> pd.DataFrame:
@@ -112,11 +119,19 @@ def test_extraction_is_bounded_by_the_truth_and_by_the_record(start_s, frame_s, 
 @given(power=st.floats(-2, 3), factor=st.floats(1e-3, 1e3))
 def test_exponent_of_a_power_law(power, factor):
     particles = np.array([600, 600, 1200, 1800, 3000])
-    assert exponent(particles, factor * particles.astype(float) ** power) == pytest.approx(power, abs=1e-9)
+    found = exponent(particles, factor * particles.astype(float) ** power)
+    assert found == (pytest.approx(power, abs=1e-9), pytest.approx(0, abs=1e-6))
 
 
-def test_one_size_has_no_exponent():
-    assert np.isnan(exponent(np.array([600, 600, 600]), np.array([1.0, 2.0, 3.0])))
+def test_exponent_and_its_error_are_those_of_a_linear_regression():
+    particles, seconds = np.array([600, 700, 1200, 1800, 3000]), np.array([5.0, 4.0, 11.0, 12.0, 30.0])
+    fit = linregress(np.log(particles), np.log(seconds))
+    assert exponent(particles, seconds) == pytest.approx((fit.slope, fit.stderr))
+
+
+@pytest.mark.parametrize("particles", [[600, 600, 600], [600, 700, 1199], [600, 3000]])
+def test_too_few_or_too_similar_sizes_have_no_exponent(particles):
+    assert np.isnan(exponent(np.array(particles), np.arange(1.0, len(particles) + 1))).all()
 
 
 def test_slurries_that_pay_back():
@@ -130,26 +145,40 @@ def test_slurries_that_pay_back():
 def test_scaling():
     speedup = pd.DataFrame(
         {
-            "surrogate": ["net"] * 3 + ["early_dem_x2"] * 2,
-            "slurry": ["2", "6", "N1", "2", "6"],
+            "surrogate": ["net"] * 4 + ["early_dem_x2"] * 2,
+            "slurry": ["2", "6", "N1", "V1", "2", "6"],
             "clock": "wall_s",
-            "particles": [100, 400, 300, 100, 400],
-            "hybrid": [10.0, 20.0, 1e6, 150.0, 700.0],
-            "dem": [100.0, 400.0, np.nan, 100.0, 400.0],
+            "particles": [100, 400, 300, 1600, 100, 400],
+            "hybrid": [10.0, 20.0, 1e6, 40.0, 150.0, 700.0],
+            "dem": [100.0, 400.0, np.nan, 1600.0, 100.0, 400.0],
         }
     )
-    rows = scaling(speedup, cost_table(), ["T1"], {"net"}).set_index("surrogate")
+    roles = ROLES | {"V1": "validation"}
+    rows = scaling(speedup, cost_table(), roles, {"net"}).set_index("surrogate")
     net, early = rows.loc["net"], rows.loc["early_dem_x2"]
-    assert (net.slurries, net.clock) == (2, "wall_s")
+    assert (net.slurries, net.clock, net.fewest_particles, net.most_particles) == (3, "wall_s", 100, 1600)
     assert (net.hybrid_exponent, net.dem_exponent) == pytest.approx((0.5, 1.0))
+    assert (net.hybrid_exponent_se, net.dem_exponent_se) == pytest.approx((0, 0), abs=1e-9)
     training_dem_s = 0.5 + 183.0 + 13.1 + 4.0
+    # 90 and 380 s of the test slurries
     assert (net.training_s, net.training_dem_s, net.saved_s_per_slurry) == pytest.approx((500, training_dem_s, 235))
     assert (net.slurries_to_pay_training, net.slurries_to_pay_training_and_dem) == (3, 3)
     assert (early.training_s, early.training_dem_s, early.slurries_to_pay_training_and_dem) == (0, 0, 0)
     assert early.saved_s_per_slurry == pytest.approx(-175)
+    assert rows.hybrid_exponent.isna().tolist() == [False, True]
 
-    adopted = cost_table().replace({"stage": {"train_surrogate": "adopt_model"}})
-    assert scaling(speedup, adopted, ["T1"], {"net"}).training_s.isna().tolist() == [True, False]
+    adopted = scaling(speedup, cost_table().replace({"stage": {"train_surrogate": "adopt_model"}}), roles, {"net"})
+    for column in ("training_s", "training_dem_s", "slurries_to_pay_training_and_dem"):
+        assert adopted[column].isna().tolist() == [True, False]
+
+
+def test_a_training_slurry_without_a_record_is_not_taken_for_nothing():
+    speedup = compare_costs(cost_table(), EQUILIBRIUM, RUNS, STEPS)
+    costs = cost_table()
+    without = costs[~((costs.stage == "run_slurry") & (costs.slurry == "T1"))]
+    with pytest.raises(InputError, match="training slurry T1: no cost of run_slurry"):
+        scaling(speedup, without, ROLES, {"net"})
+    assert scaling(speedup, without, ROLES, set()).training_dem_s.tolist() == [0, 0]
 
 
 def test_steps_of_the_command_line():
@@ -185,11 +214,23 @@ def test_the_tables_are_written(tmp_path, command):
     for slurry, run in RUNS.items():
         runs.append(tmp_path / f"{slurry}.json")
         pd.Series(run | {"slurry": slurry}).to_json(runs[-1])
+    records = []
+    for row in cost_table().to_dict("records"):
+        records.append(tmp_path / f"cost_{len(records)}.json")
+        records[-1].write_text(json.dumps(asdict(Cost(**row))))
     tables = {"cost_table": paths["cost"], "equilibrium": paths["equilibrium"]}
     steps = [f"{label}={step}" for label, step in STEPS.items()]
     for words in (
         command("compare_costs", **tables, run_json=runs, input_steps=steps, table=paths["speedup"]),
-        command("fit_costs", **tables, speedup=paths["speedup"], learns_from_dem=["net"], table=paths["scaling"]),
+        command(
+            "fit_costs",
+            costs=records,
+            equilibrium=paths["equilibrium"],
+            run_json=runs,
+            input_steps=steps,
+            learns_from_dem=["net"],
+            table=paths["scaling"],
+        ),
         command(
             "compare_study_costs",
             speedup=paths["speedup"],

@@ -22,6 +22,11 @@ RUNS = [
     (1e-3, 2, 2.245, 1.1),
     (1e-4, 3, 2.24, 1.1),
 ]
+OVERLAPS = {
+    **{(1e-4, 1): 0.0074, (1e-4, 2): 0.0076, (1e-4, 3): 0.0075},
+    **{(1e-3, 1): 0.00825, (1e-3, 2): 0.00825},
+    **{(2e-3, 1): 0.00895, (2e-3, 2): 0.00905},
+}
 BINS = 40
 
 
@@ -55,7 +60,7 @@ def study(root, tmp_path):
             "particles": 600,
             "density_g_cm3": density_g_cm3,
             "coordination_all": 6.5,
-            "overlap_mean": 0.0075,
+            "overlap_mean": OVERLAPS[timestep_us, seed],
             "overlap_max": 0.03,
         }
         structure = pd.DataFrame({"quantity": quantities.keys(), "value": quantities.values()})
@@ -83,24 +88,24 @@ def test_runs(tables):
     assert runs.index.to_list() == sorted((timestep_us, seed) for timestep_us, seed, *_ in RUNS)
     row = runs.loc[(2e-3, 1)]
     assert row.slurry == "V1_dt2000ps_s1"
-    assert (row.density_g_cm3, row.coordination_all, row.overlap_mean, row.overlap_max) == (2.27, 6.5, 0.0075, 0.03)
+    assert (row.density_g_cm3, row.coordination_all, row.overlap_mean, row.overlap_max) == (2.27, 6.5, 0.00895, 0.03)
     assert row.rayleigh_share == pytest.approx(20 * runs.loc[(1e-4, 1)].rayleigh_share)
     assert row.rayleigh_share == pytest.approx(0.38, abs=0.01)
     np.testing.assert_allclose(runs.time_to_equilibrium_us, 57)
     assert (row.cpu_s, runs.loc[(1e-4, 1)].cpu_s) == (5, 24)
 
 
-def test_rdf_difference_is_that_from_the_other_runs_of_the_smallest_timestep(tables):
+def test_rdf_difference_is_that_from_other_seeds_at_the_smallest_timestep(tables):
     runs, _ = tables
     assert runs.rdf_difference.to_dict() == pytest.approx(
         {
-            (1e-4, 1): 0.15,  # from the mean of 1.1 and 1.2
-            (1e-4, 2): 0.15,
-            (1e-4, 3): 0.0,
-            (1e-3, 1): 0.0,  # from the mean of all three, 1.1
-            (1e-3, 2): 0.0,
-            (2e-3, 1): 0.4,
-            (2e-3, 2): 0.4,
+            (1e-4, 1): 0.15,  # from 1.1 and 1.2
+            (1e-4, 2): 0.15,  # from 1.0 and 1.1
+            (1e-4, 3): 0.10,  # from 1.0 and 1.2
+            (1e-3, 1): 0.05,  # of 1.1 from 1.1 and 1.2, that of its own seed left out
+            (1e-3, 2): 0.05,
+            (2e-3, 1): 0.35,
+            (2e-3, 2): 0.45,
         },
         abs=1e-9,
     )
@@ -117,6 +122,17 @@ def test_summary(tables):
     errors = [0, np.sqrt(1e-4 / 3), np.sqrt(1e-4 / 3 + 0.5e-4 / 2)]
     np.testing.assert_allclose(summary.standard_error, np.array(errors) / 2.24, rtol=1e-7)
     assert summary.accepted.to_list() == ["yes", "yes", "no"]
+    bounds = summary.density_difference.abs() + 2 * summary.standard_error
+    np.testing.assert_allclose(summary.density_difference_bound, bounds, rtol=1e-7)
+    np.testing.assert_allclose(summary.coordination_all_difference, 0, atol=1e-12)
+    np.testing.assert_allclose(summary.overlap_mean_difference, [0, 0.1, 0.2], rtol=1e-6)
+    errors = 5e-5 * np.array([0, np.sqrt(4 / 3), np.sqrt(4 / 3 + 1)]) / 0.0075
+    np.testing.assert_allclose(summary.overlap_mean_standard_error, errors, rtol=1e-6)
+    assert {
+        f"{quantity}_{of}"
+        for quantity in ("coordination_all", "overlap_mean", "time_to_equilibrium_us")
+        for of in ("difference", "standard_error")
+    } < set(summary.columns)
     assert {f"{quantity}_{of}" for quantity in QUANTITIES for of in ("mean", "sd")} < set(summary.columns)
 
 
@@ -128,7 +144,29 @@ def test_one_seed_gives_no_spread(study, command):
     assert summary.density_g_cm3_sd.isna().all()
     assert summary.standard_error.isna().to_list() == [False, True]
     assert summary.accepted.to_list() == ["yes", "no"]  # 2.245 is 0.67 % above 2.23
-    assert read_table(study["runs"]).rdf_difference.isna().to_list() == [True, False]
+    assert summary.density_difference_bound.isna().to_list() == [False, True]
+    assert read_table(study["runs"]).rdf_difference.isna().all()
+
+
+def test_differences_need_no_overlaps(study, command):
+    for path in study["structure"]:
+        structure = read_table(path)
+        structure.assign(value=structure.value.mask(structure.quantity == "overlap_mean", 0)).to_csv(path, index=False)
+    subprocess.run(command("compare_timesteps", **study), check=True)
+    assert read_table(study["summary"]).overlap_mean_difference.isna().all()
+
+
+def test_the_summary_line_says_what_is_resolved(study, command):
+    done = subprocess.run(command("compare_timesteps", **study), check=True, capture_output=True, text=True)
+    small, large = done.stdout.splitlines()
+    # 0.22 % and 2 x 0.26 %: within the bound of 0.5 % on the mean, but not shown to be
+    assert small.startswith(
+        "0.001 us: density accepted: yes, the difference is below 0.74 % at 2 standard errors, so not shown to be "
+        "within 0.5 %; differs from the smallest timestep in: overlap_mean +10.00 % +- 0.77 %; "
+        "not resolved: density_g_cm3 +0.22 % +- 0.26 %, "
+    )
+    assert large.startswith("0.002 us: density accepted: no, the difference is below 1.80 % at 2 standard errors; ")
+    assert "differs from the smallest timestep in: density_g_cm3 +1.12 % +- 0.34 %, overlap_mean +20.00 %" in large
 
 
 def test_runs_of_different_slurries_are_refused(study, command):

@@ -56,18 +56,24 @@ def skill_table(skills: dict[str, float]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"])
 
 
-def equal_cost_table(ratio: float, slurries: list[str]) -> pd.DataFrame:
-    """Errors of `net` as multiples of those of early_dem, which is known on `slurries` only."""
+def equal_cost_table(ratio: float, notes: dict[str, str] | None = None) -> pd.DataFrame:
+    """Errors of `net` as multiples of those of early_dem, which costs as much, or not as `notes` (by slurry) say."""
+    factors = {
+        "cheaper than any early_dem": 2.0,
+        "dearer than any early_dem": 0.5,
+        "no early_dem of this slurry": np.nan,
+    }
     rows = []
     for slurry in TEST:
-        known = slurry in slurries
-        theirs = (0.08, 0.003, 0.02) if known else (np.nan,) * 3
-        ours = [value * ratio * WOBBLE[slurry] for value in (0.08, 0.003, 0.02)]
-        pairs = [value for pair in zip(ours, theirs, strict=True) for value in pair]
-        rows.append(("net", slurry, 0.2, *pairs, np.nan if known else "cheaper than every early_dem"))
+        note = (notes or {}).get(slurry, np.nan)
+        factor = factors.get(note, 1.0)
+        errors = np.array([0.08, 0.003, 0.02])
+        pairs = np.ravel(np.column_stack([errors * ratio * WOBBLE[slurry], errors * (factor / factor)]))
+        rows.append(("net", slurry, 0.2, 0.2 * factor, *pairs, note))
     errors = ("mse_um2", "density_error", "rdf_error")
     names = [column for name in errors for column in (name, f"early_dem_{name}")]
-    return pd.DataFrame(rows, columns=["surrogate", "slurry", "cost_share_of_full_dem", *names, "note"])
+    columns = ["surrogate", "slurry", "cost_share_of_full_dem", "early_dem_cost_share", *names, "note"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 @pytest.fixture
@@ -85,7 +91,8 @@ def yardsticks(tmp_path) -> Yardsticks:
         for name, cost in (("persistence", 0.2), ("affine", 0.2), ("net", 0.3), ("affine_f02", 0.1))
         for slurry in WOBBLE
     ]
-    scaling = {"slurries": 7, "hybrid_exponent": 0.5, "dem_exponent": 1.1, "training_s": 360.0}
+    scaling = {"slurries": 7, "fewest_particles": 600, "most_particles": 3001, "training_s": 360.0}
+    scaling |= {"hybrid_exponent": 0.5, "hybrid_exponent_se": 0.04, "dem_exponent": 1.1, "dem_exponent_se": 0.02}
     pays = {"saved_s_per_slurry": 20.0, "slurries_to_pay_training": 18.0, "slurries_to_pay_training_and_dem": 31.0}
     figures = {}
     for stem in ("skill", "structure", "front"):
@@ -107,7 +114,7 @@ def yardsticks(tmp_path) -> Yardsticks:
                 *("cost_share_of_full_dem", "density_error", "rdf_error"),
             ],
         ),
-        equal_cost=equal_cost_table(1.0, TEST),
+        equal_cost=equal_cost_table(1.0),
         cost_scaling=pd.DataFrame(
             [{"surrogate": "net", "clock": clock} | scaling | pays for clock in ("wall_s", "cpu_s")]
         ),
@@ -151,40 +158,85 @@ def test_without_a_floor_there_is_no_skill(yardsticks):
     ],
 )
 def test_early_dem_at_equal_cost(yardsticks, ratio, words):
-    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(ratio, TEST)))
-    assert f"on 4 of 4 test slurries: {words}" in sentence
+    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(ratio)))
+    assert f"at equal cost, 20.0% of the full DEM, on 4 of 4 test slurries: {words}" in sentence
 
 
-def test_a_surrogate_that_is_cheaper_than_every_early_dem_is_not_compared(yardsticks):
-    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, [])))
-    assert sentence == (
-        "net cannot be compared with early_dem at equal cost on any test slurry: cheaper than every early_dem."
+def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(yardsticks):
+    notes = dict.fromkeys(TEST[:3], "cheaper than any early_dem") | {"6": "dearer than any early_dem"}
+    cheaper, dearer = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(2.0, notes)))
+    assert cheaper.startswith(
+        "net is cheaper than any early_dem on 3 of 4 test slurries, 20.0% of the full DEM against 40.0%; beside the "
+        "nearest: worse in coordinates, density and RDF"
     )
-    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, ["1", "2"])))
-    assert "on 2 of 4 test slurries: too few slurries to judge in coordinates, density and RDF" in sentence
+    assert dearer.startswith(
+        "net is dearer than any early_dem on 1 of 4 test slurries, 20.0% of the full DEM against 10.0%; beside the "
+        "nearest: too few slurries to judge in coordinates, density and RDF"
+    )
+
+
+def test_without_any_early_dem_nothing_is_compared(yardsticks):
+    notes = dict.fromkeys(TEST, "no early_dem of this slurry")
+    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, notes)))
+    assert sentence == "net cannot be compared with early_dem on any test slurry: no early_dem of this slurry."
+
+
+ALL_GROUPS = "density, RDF, contacts and mean overlap"
 
 
 @pytest.mark.parametrize(
-    ("network", "affine", "words"),
+    ("network", "affine", "words", "within"),
     [
-        (0.6, 1.5, "After relaxation affine ties net "),
-        (0.6, 1.7, "After relaxation net is not tied by affine: better in density, RDF, contacts and overlap"),
-        (2.5, 0.5, "After relaxation net adds nothing to affine, and is worse in density, RDF, contacts and overlap"),
+        (1.0, 1.0, f"After relaxation affine ties net in {ALL_GROUPS}. ", ALL_GROUPS),
+        (0.6, 1.7, f"After relaxation, net against affine: better in {ALL_GROUPS}. ", ALL_GROUPS),
+        (2.5, 0.5, f"After relaxation net adds nothing to affine: worse in {ALL_GROUPS}. ", "none of them"),
     ],
 )
-def test_affine_and_relaxation_against_the_network(yardsticks, network, affine, words):
+def test_affine_and_relaxation_against_the_network(yardsticks, network, affine, words, within):
     structure_errors = structure_table({"affine": affine, "net": network})
     (sentence,) = tie_sentences(replace(yardsticks, structure_errors=structure_errors))
     assert sentence.startswith(words)
     assert f"density {network:.2g} and {affine:.2g}" in sentence
+    assert sentence.endswith(f"Both are within the noise of the DEM, 2 of these, in: {within}.")
+
+
+def test_a_small_difference_on_every_slurry_is_no_tie_and_a_large_one_on_some_is(yardsticks):
+    rows = structure_table({"affine": 1.0, "net": 1.1})
+    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    assert f"worse in {ALL_GROUPS}" in sentence
+    scattered = rows[(rows.surrogate == "net") & rows.slurry.isin(["1", "2"])].index
+    rows.loc[scattered, "value"] = rows.dem_value + 0.1 * (rows.value - rows.dem_value)
+    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    assert f"ties net in {ALL_GROUPS}" in sentence
+
+
+def test_what_is_worse_comes_first(yardsticks):
+    rows = structure_table({"affine": 1.0, "net": 0.5})
+    density = (rows.surrogate == "net") & (rows.quantity == "density_g_cm3")
+    rows.loc[density, "value"] = rows.dem_value + 6 * (rows.value - rows.dem_value)
+    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    assert "net against affine: worse in density; better in RDF, contacts and mean overlap." in sentence
+
+
+def test_a_tie_takes_three_slurries(yardsticks):
+    rows = yardsticks.structure_errors
+    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows[rows.slurry.isin(["1", "2"])]))
+    assert sentence.startswith("After relaxation, net against affine: too few slurries to judge. ")
+
+
+def test_packing_and_the_largest_overlap_are_not_averaged(yardsticks):
+    rows = yardsticks.structure_errors
+    extra = rows[rows.quantity == "overlap_mean"]
+    others = [extra.assign(quantity=name, value=1e3) for name in ("overlap_max", "packing_nominal", "packing_union")]
+    assert tie_sentences(replace(yardsticks, structure_errors=pd.concat([rows, *others]))) == tie_sentences(yardsticks)
 
 
 def test_without_replicas_nothing_is_in_their_units(yardsticks):
     unknown = replace(yardsticks, structure_errors=yardsticks.structure_errors.assign(replica_sd=np.nan))
     (sentence,) = tie_sentences(unknown)
-    assert "cannot be compared" in sentence
+    assert sentence.endswith("How much that is against the scatter of replicas is not known.")
     assert "no test slurry to judge it on" in bar_sentences(unknown)[2]
-    assert "cannot be compared" in yardsticks_html(unknown)
+    assert "is not known" in yardsticks_html(unknown)
 
 
 def test_bars_are_met_by_the_best_of_the_validation_slurries(yardsticks):
@@ -214,14 +266,37 @@ def test_missed_bars_are_named(yardsticks):
 
 def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(yardsticks):
     roles = dict.fromkeys(TEST, "test")
-    assert "on the test slurries, of all" in bar_sentences(replace(yardsticks, roles=roles))[0]
+    assert bar_sentences(replace(yardsticks, roles=roles))[0].endswith(
+        "on the test slurries, of all surrogates; without validation slurries it was picked on those it is judged on."
+    )
 
 
-def test_payback(yardsticks):
-    (sentence,) = payback_sentences(yardsticks)
-    assert "to the 0.50, of the full DEM to the 1.10; its training is paid back after 18 slurries" in sentence
-    never = yardsticks.cost_scaling.assign(slurries_to_pay_training=np.nan)
-    assert "never paid back" in payback_sentences(replace(yardsticks, cost_scaling=never))[0]
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "its training is paid back after 18 slurries, with the DEM of the training slurries after 31"),
+        ({"training_s": np.nan}, "what its training took is not known"),
+        ({"saved_s_per_slurry": -20.0}, "its training is never paid back: the hybrid takes 20 s longer"),
+        ({"saved_s_per_slurry": np.nan}, "no test slurry says when its training is paid back"),
+    ],
+)
+def test_payback(yardsticks, changes, words):
+    (sentence,) = payback_sentences(replace(yardsticks, cost_scaling=yardsticks.cost_scaling.assign(**changes)))
+    assert sentence.startswith(f"With net, {words}")
+    assert "to the 0.50 ± 0.04, of the full DEM to the 1.10 ± 0.02" in sentence
+
+
+def test_without_exponents_nothing_is_said_to_grow(yardsticks):
+    unknown = yardsticks.cost_scaling.assign(hybrid_exponent=np.nan, most_particles=700)
+    (sentence,) = payback_sentences(replace(yardsticks, cost_scaling=unknown))
+    assert sentence.endswith(
+        "7 slurries of 600 to 700 particles are too few or too alike to say how cost grows with size."
+    )
+
+
+def test_no_negative_zero(yardsticks):
+    skill = yardsticks.skill.assign(skill=-0.0001)
+    assert "-0.00" not in yardsticks_html(replace(yardsticks, skill=skill))
 
 
 def test_deviations():
@@ -283,11 +358,11 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
     assert all(address.startswith(("#", "data:image/")) for address in addresses.found)
     text = " ".join(re.sub(r"<[^>]+>", " ", html).split())
     for expected in (
-        "After relaxation affine ties net",
+        "After relaxation, net against affine: better in density, RDF, contacts and mean overlap",
         "affine_f02",
         "The lowest MSE on the validation slurries is that of net, 0.0987 µm²",
         "A twin of slurry 2, moved by a hair, ends 0.0035 µm² (MSE) away from it",
-        "On the front of density error against cost (no other is at most as dear and better): affine_f02, affine and",
+        "On that of density error against cost: affine_f02, affine, net and the full DEM",
         "1,230",
         "paid back after 18 slurries",
     ):

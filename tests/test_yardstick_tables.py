@@ -176,14 +176,33 @@ def test_skill_of_another_slurry_is_refused(run, predictions, noise, tmp_path):
     )
 
 
-def test_structural_errors(run, noise, tmp_path):
-    # 360 particles are nearer to 1000 than to 90 in the logarithm; bins beyond the common range do not count.
+@pytest.fixture
+def replica_curves(tmp_path) -> list[Path]:
+    """Curves of two replicas of 6, which differ by 0.3 over 4 bins and not beyond, and of 2, which differ by 0.04."""
+    heights = {"6": [0.3] * 4 + [0.0] * 2, "2": [0.04] * 6}
+    paths = []
+    for slurry, differences in heights.items():
+        for k in (0, 1):
+            path = structure_files(tmp_path, "-", f"{slurry}_r{k + 1}", {"target": (2.25, 1.0, 6)})[1]
+            curves = read_table(path)
+            curves.assign(g=curves.g + k * np.array(differences)).to_csv(path, index=False)
+            paths.append(path)
+    return paths
+
+
+def test_structural_errors(run, noise, replica_curves, tmp_path):
+    # 360 particles are nearer to 1000 than to 90 in the logarithm.
     dem = [structure_files(tmp_path, "-", s, {"target": (2.25, 1.0, 6)}, n) for s, n in (("1", 90), ("3", 360))]
-    stages = {"predicted": (2.0, 0.5, 4), "relaxed": (2.24, 1.25, 8)}
+    stages = {"predicted": (2.0, 0.5, 5), "relaxed": (2.24, 1.25, 8)}
     files = [structure_files(tmp_path, "vgg16", s, stages, n) for s, n in (("3", 360), ("1", 90))]
+    for _, path in files:  # the relaxed curve goes off in its sixth bin, which the predicted one does not have
+        curves = read_table(path)
+        curves.loc[(curves.stage == "relaxed") & (curves.r_um > 0.5), "g"] = 99
+        curves.to_csv(path, index=False)
     arguments = [
         *("--structure", *(paths[0] for paths in files), "--rdf", *(paths[1] for paths in files)),
         *("--dem-structure", *(paths[0] for paths in dem), "--dem-rdf", *(paths[1] for paths in dem)),
+        *("--replica-rdf", *replica_curves),
     ]
     rows = table(run("compare_structure", *arguments, "--noise", noise))
     assert list(rows.columns) == ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"]
@@ -194,19 +213,24 @@ def test_structural_errors(run, noise, tmp_path):
     np.testing.assert_allclose(rows.value, [2.0, 0.5, 2.24, 0.25] * 2)
     np.testing.assert_allclose(rows.dem_value, [2.25, 0] * 4)
     larger = np.sqrt(1000 / 360)
-    np.testing.assert_allclose(rows.replica_sd, [0.002 * larger, 0.04 * larger] * 2 + [0.01, 0.3] * 2, rtol=1e-8)
+    # 0.3 in four of the five bins that are compared; noise.csv has another range
+    sds = [0.002 * larger, 0.04 * larger] * 2 + [0.01, 0.24] * 2
+    np.testing.assert_allclose(rows.replica_sd, sds, rtol=1e-8)
     assert read_cost(tmp_path / "cost.json").stage == "compare_structure"
 
 
-def test_structural_errors_need_the_dem_and_matching_files(run, noise, tmp_path):
+def test_structural_errors_need_the_dem_its_replicas_and_matching_files(run, noise, tmp_path):
     dem = structure_files(tmp_path, "-", "1", {"target": (2.25, 1.0, 6)})
     one, two = (structure_files(tmp_path, "vgg16", slurry, {"relaxed": (2.0, 0.5, 4)}) for slurry in "12")
     of_dem = ["--dem-structure", dem[0], "--dem-rdf", dem[1], "--noise", noise]
     assert error(run("compare_structure", "--structure", two[0], "--rdf", two[1], *of_dem)) == (
-        "error: slurry 2: no density_g_cm3 of the DEM to compare with\n"
+        "error: slurry 2: no all of the DEM to compare with\n"
     )
     assert error(run("compare_structure", "--structure", one[0], "--rdf", two[1], *of_dem)) == (
         f"error: {two[1]}: not the curves of the structures in {one[0]}\n"
+    )
+    assert error(run("compare_structure", "--structure", one[0], "--rdf", one[1], *of_dem)) == (
+        "error: slurry 2: RDF all of 0 replicas, needed are two or more\n"
     )
 
 

@@ -58,6 +58,20 @@ def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
     return ~(no_worse & better).any(axis=1)
 
 
+def on_front(cost_share: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Mark (n,) the surrogates that neither another one nor the full DEM dominates, which costs 1 and errs by 0."""
+    return non_dominated(np.append(cost_share, 1.0), np.append(error, 0.0))[:-1]
+
+
+def equilibrium_share(speedup: pd.DataFrame, slurries: Collection[str], clock: str) -> float:
+    """Mean over `slurries` of what the DEM up to its own equilibrium costs, as a share of the full DEM.
+
+    `speedup` is tables/speedup.csv. Slurries that do not reach equilibrium do not count; NaN where none does.
+    """
+    rows = speedup[(speedup.clock == clock) & speedup.slurry.isin(slurries)].drop_duplicates("slurry")
+    return float((rows.dem_to_equilibrium / rows.dem).mean())
+
+
 def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> dict[str, float]:
     """What two DEM runs with other seeds differ by, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
 
@@ -77,41 +91,45 @@ def is_reference(label: str) -> bool:
 
 
 def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, float], str]:
-    """Errors of the hurried DEM at equal `cost`, linear in log cost between its points, and a note.
+    """Errors of the hurried DEM at equal `cost`, and a note.
 
-    `reference` are its points for one slurry and last input frame: cost_share_of_full_dem and ERRORS. Outside of its
-    range there is none: errors are NaN and the note says on which side.
+    `reference` are its points for one slurry, of all dampings and input frames: cost_share_of_full_dem and ERRORS. The
+    curve through them is their lower envelope: at the cost of each point stand the errors of the one with the lowest
+    MSE that costs at most as much; in between it is linear in log cost. Outside of their range, the errors are those at
+    its nearer end, and the note says on which side. Returned are cost_share, where on the curve they are taken, and
+    ERRORS; all NaN without any point.
     """
-    reference = reference.sort_values("cost_share_of_full_dem")
+    reference = reference.dropna(subset="mse_um2").sort_values("cost_share_of_full_dem", ignore_index=True)
+    if reference.empty:
+        return dict.fromkeys(("cost_share", *ERRORS), np.nan), f"no {REFERENCE} of this slurry"
     costs = reference.cost_share_of_full_dem.to_numpy()
+    lowest = [reference.mse_um2[: place + 1].idxmin() for place in reference.index]
+    nearest = float(np.clip(cost, costs[0], costs[-1]))
+    found = {name: float(np.interp(np.log(nearest), np.log(costs), reference[name][lowest])) for name in ERRORS}
     note = ""
-    if not len(costs):
-        note = f"no {REFERENCE} from this frame"
-    elif cost < costs[0]:
-        note = f"cheaper than any {REFERENCE}"
-    elif cost > costs[-1]:
-        note = f"dearer than any {REFERENCE}"
-    if note:
-        return dict.fromkeys(ERRORS, np.nan), note
-    return {name: float(np.interp(np.log(cost), np.log(costs), reference[name])) for name in ERRORS}, ""
+    if cost != nearest:
+        note = f"{'cheaper' if cost < nearest else 'dearer'} than any {REFERENCE}"
+    return {"cost_share": nearest} | found, note
 
 
 def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
-    """Every other surrogate beside the hurried DEM from the same last input frame at equal cost.
+    """Every other surrogate beside the hurried DEM of the same slurry at equal cost, end to end.
 
     `front_table` is tables/front.csv, `skill` tables/skill.csv. Columns: surrogate, slurry, cost_share_of_full_dem,
-    each of ERRORS and early_dem_<error>, note.
+    early_dem_cost_share, each of ERRORS and early_dem_<error>, note; see `reference_at_cost`.
     """
     points = front_table.merge(skill[["surrogate", "slurry", "mse_um2"]], on=["surrogate", "slurry"], how="left")
     hurried = points.surrogate.map(is_reference).astype(bool)
     rows = []
     for point in points[~hurried].itertuples():
-        same = (points.slurry == point.slurry) & (points.input_last_frame == point.input_last_frame)
-        theirs, note = reference_at_cost(point.cost_share_of_full_dem, points[hurried & same])
+        theirs, note = reference_at_cost(
+            point.cost_share_of_full_dem, points[hurried & (points.slurry == point.slurry)]
+        )
         row = {name: getattr(point, name) for name in ("surrogate", "slurry", "cost_share_of_full_dem")}
+        row[f"{REFERENCE}_cost_share"] = theirs["cost_share"]
         for name in ERRORS:
             row |= {name: getattr(point, name), f"{REFERENCE}_{name}": theirs[name]}
         rows.append(row | {"note": note})
-    columns = ["surrogate", "slurry", "cost_share_of_full_dem"]
+    columns = ["surrogate", "slurry", "cost_share_of_full_dem", f"{REFERENCE}_cost_share"]
     columns += [column for name in ERRORS for column in (name, f"{REFERENCE}_{name}")]
     return pd.DataFrame(rows, columns=[*columns, "note"])

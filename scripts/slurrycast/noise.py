@@ -5,7 +5,7 @@ positions moved by a hair. Both exist for a few slurries; other sizes are scaled
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -94,17 +94,40 @@ class Noise:
         return rows.loc[np.abs(np.log(rows.particles / particles)).idxmin()]
 
     def spread(self, quantity: str, particles: int) -> float:
-        """Spread of `quantity` between DEM runs of `particles` particles, scaled with particles^-1/2.
+        """Standard deviation of `quantity` between DEM runs of `particles` particles, scaled with particles^-1/2.
 
-        That is the standard deviation, and for an RDF (`rdf_<pair>`) the mean difference between two runs.
+        Not for an RDF, whose noise depends on the bins that are compared: `rdf_spread`.
         """
         row = self._nearest(quantity, particles)
-        spread = row["mean"] if quantity.startswith(RDF_PREFIX) else row["sd"]
-        return float(spread * np.sqrt(row["particles"] / particles))
+        return float(row["sd"] * np.sqrt(row["particles"] / particles))
+
+    def rdf_spread(self, pair: str, particles: int, replica_curves: Mapping, bins: int) -> float:
+        """Mean difference of g(r) of `pair` between two DEM runs of `particles` particles, over the first `bins` bins.
+
+        `replica_curves` has the curves (columns r_um, g) of all replicas by (replicated slurry, pair). Those of the
+        nearest size are taken, over all of the bins that they reach, and scaled with particles^-1/2. The mean in the
+        table is over another range: noise falls with r, as shells hold more particles. InputError without curves.
+        """
+        row = self._nearest(f"{RDF_PREFIX}{pair}", particles)
+        curves = replica_curves.get((row["slurry"], pair), [])
+        if len(curves) < 2:
+            raise InputError(f"slurry {row['slurry']}: RDF {pair} of {len(curves)} replicas, needed are two or more")
+        return float(rdf_spread([curve[:bins] for curve in curves])[0] * np.sqrt(row["particles"] / particles))
 
     def floor_um2(self, particles: int) -> float:
         """Floor of the MSE (um2), that of the nearer slurry as it is."""
         return float(self._nearest(FLOOR, particles)["mean"])
+
+
+def curves_of_replicas(curves: pd.DataFrame) -> dict[tuple[str, str], list[pd.DataFrame]]:
+    """Curves (columns r_um, g) of replicas by (replicated slurry, pair), of a table of many (slurry, pair, r_um, g).
+
+    InputError if there are others than of replicas.
+    """
+    by_slurry_and_pair = {}
+    for (replica, pair), curve in curves.groupby(["slurry", "pair"], sort=False):
+        by_slurry_and_pair.setdefault((replicated_slurry(replica), pair), []).append(curve)
+    return by_slurry_and_pair
 
 
 def read_noise(path: str | Path) -> Noise:

@@ -35,7 +35,7 @@ from slurrycast.page import (
     span,
 )
 from slurrycast.speedup import HYBRID_PARTS, time_unit
-from slurrycast.verdicts import JUDGED_WORDS, STANDARD_ERRORS, judged, judged_list
+from slurrycast.verdicts import JUDGED_WORDS, TIE_RULE, judged, judged_list
 
 STUDY_GROUP = "Study (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.
@@ -156,10 +156,7 @@ def gain_over_affine(results: Results, surrogate: str) -> list[str]:
         sentences[-1] += f" After relaxation, affine, which trains nothing, ties {surrogate}."
     elif set(relaxed.values()) <= {"tie", "worse"}:
         sentences[-1] += f" After relaxation, {surrogate} adds nothing to affine, which trains nothing."
-    sentences.append(
-        f"A tie means: the mean difference over the {len(ratio)} test slurries is within {STANDARD_ERRORS} of its "
-        "standard errors, taken from the scatter over the slurries."
-    )
+    sentences.append(TIE_RULE)
     return sentences
 
 
@@ -528,7 +525,7 @@ def density_tables(results: Results) -> list[Table]:
             density_beside = [f"{dem.density_g_cm3:.4f}", f"{hybrid.density_g_cm3:.4f}", f"{share:+.1%}"]
             volume_beside = [f"{dem.volume_um3:,.0f}", f"{hybrid.volume_um3:,.0f}"]
         name = results.row_name(slurry)
-        values = [f"{row.density:.4f}" for row in ours] + [f"{row.share:+.2%}" for row in ours]
+        values = [f"{row.density:.4f}" for row in ours] + [f"{row.share:+z.2%}" for row in ours]
         densities.append([name, f"{ours[0].dem_density:.4f}", *values, *density_beside])
         volumes.append([name, f"{ours[0].dem_volume:,.1f}", *(f"{row.volume:,.1f}" for row in ours), *volume_beside])
     if results.test:

@@ -5,7 +5,8 @@ is paid once, training and the DEM of the training slurries, is counted apart (`
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -24,6 +25,8 @@ HYBRID_PARTS = {
 # of all training slurries together
 DATASET_STAGES = ("assemble_dataset", "measure_packing")
 TRAINING_STAGES = ("train_surrogate", "fit_surrogate")
+TRAINING_SLURRY_STAGES = ("generate_inputs", "run_slurry", "extract_frames")
+FEWEST_TO_FIT, SPAN_TO_FIT = 3, 2.0  # slurries, and largest over smallest number of particles, for an exponent
 
 
 def label_and_steps(word: str) -> tuple[str, int]:
@@ -117,12 +120,20 @@ def compare_costs(
     return pd.DataFrame(rows)
 
 
-def exponent(particles: np.ndarray, seconds: np.ndarray) -> float:
-    """Exponent b of seconds = a particles^b, by least squares of the logarithms; NaN for slurries of only one size."""
-    x = np.log(np.asarray(particles, dtype=float))
-    x -= x.mean()
-    # equal logarithms leave rounding behind
-    return float(x @ np.log(seconds) / (x @ x)) if np.ptp(x) > 1e-9 else np.nan
+def exponent(particles: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
+    """Exponent b of seconds = a particles^b, by least squares of the logarithms, and its standard error.
+
+    Both are NaN for less than FEWEST_TO_FIT slurries, or sizes that span less than SPAN_TO_FIT: an exponent from these
+    would be noise.
+    """
+    particles = np.asarray(particles, dtype=float)
+    if len(particles) < FEWEST_TO_FIT or particles.max() < SPAN_TO_FIT * particles.min():
+        return np.nan, np.nan
+    x, y = np.log(particles), np.log(seconds)
+    x, y = x - x.mean(), y - y.mean()
+    b = x @ y / (x @ x)
+    variance = np.sum((y - b * x) ** 2) / (len(x) - 2)
+    return float(b), float(np.sqrt(variance / (x @ x)))
 
 
 def slurries_to_pay(spent_s: float, saved_s: float) -> float:
@@ -140,32 +151,51 @@ def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
     return float(own.loc[own.stage.isin(TRAINING_STAGES), clock].sum())
 
 
-def training_dem_seconds(costs: pd.DataFrame, training: list[str], clock: str) -> float:
-    """Seconds that the `training` slurries took, from their inputs to what they give together."""
-    of_a_slurry = costs.stage.isin(("generate_inputs", "run_slurry", "extract_frames")) & costs.slurry.isin(training)
-    return float(costs.loc[of_a_slurry | costs.stage.isin(DATASET_STAGES), clock].sum())
+def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: str) -> float:
+    """Seconds that the `training` slurries took, from their inputs to what they give together.
+
+    InputError if a record is missing.
+    """
+    of_a_slurry = costs[costs.stage.isin(TRAINING_SLURRY_STAGES)]
+    recorded = set(zip(of_a_slurry.slurry, of_a_slurry.stage, strict=True))
+    for slurry, stage in product(training, TRAINING_SLURRY_STAGES):
+        if (slurry, stage) not in recorded:
+            raise InputError(f"training slurry {slurry}: no cost of {stage}")
+    paid = of_a_slurry[of_a_slurry.slurry.isin(training)][clock].sum()
+    return float(paid + costs.loc[costs.stage.isin(DATASET_STAGES), clock].sum())
 
 
-def scaling(speedup: pd.DataFrame, costs: pd.DataFrame, training: list[str], learns_from_dem: set[str]) -> pd.DataFrame:
+def scaling(
+    speedup: pd.DataFrame, costs: pd.DataFrame, roles: Mapping[str, str], learns_from_dem: Collection[str]
+) -> pd.DataFrame:
     """How costs grow with size and when the training is paid back: one row a surrogate and clock of `speedup`.
 
-    `speedup` are rows of tables/speedup.csv, `costs` those of tables/cost.csv, `training` the ids of the training
-    slurries, `learns_from_dem` the surrogates that need them. Columns: surrogate, clock, slurries (those with a full
-    DEM, over which the rest is taken), hybrid_exponent, dem_exponent, training_s, training_dem_s, saved_s_per_slurry
-    (median of dem - hybrid), slurries_to_pay_training, slurries_to_pay_training_and_dem.
+    `speedup` are rows of `compare_costs`, `costs` cost records, `roles` the role of each slurry, `learns_from_dem` the
+    surrogates that need the training slurries. Columns: surrogate, clock, slurries (those with a full DEM, over which
+    exponents are taken), fewest_particles, most_particles, hybrid_exponent and dem_exponent, each with its standard
+    error (_se), training_s and training_dem_s (both NaN for a model that came from elsewhere), saved_s_per_slurry
+    (median of dem - hybrid over those of role test), slurries_to_pay_training, slurries_to_pay_training_and_dem.
     """
+    training = [slurry for slurry, role in roles.items() if role == "train"]
     rows = []
     for (surrogate, clock), own in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
         training_s = training_seconds(costs, surrogate, clock)
-        dem_s = training_dem_seconds(costs, training, clock) if surrogate in learns_from_dem else 0.0
-        saved_s = float((own.dem - own.hybrid).median())
+        dem_s = 0.0
+        if surrogate in learns_from_dem:
+            dem_s = np.nan if np.isnan(training_s) else training_dem_seconds(costs, training, clock)
+        test = own[own.slurry.map(roles) == "test"]
+        saved_s = float((test.dem - test.hybrid).median())
+        exponents = {}
+        for name in ("hybrid", "dem"):
+            exponents[f"{name}_exponent"], exponents[f"{name}_exponent_se"] = exponent(own.particles, own[name])
         rows.append(
             {
                 "surrogate": surrogate,
                 "clock": clock,
                 "slurries": len(own),
-                "hybrid_exponent": exponent(own.particles, own.hybrid),
-                "dem_exponent": exponent(own.particles, own.dem),
+                "fewest_particles": own.particles.min(),
+                "most_particles": own.particles.max(),
+                **exponents,
                 "training_s": training_s,
                 "training_dem_s": dem_s,
                 "saved_s_per_slurry": saved_s,

@@ -10,31 +10,32 @@ from slurrycast.page import listed, pair_name
 # A mean difference over the slurries counts if it is more than so many of its standard errors.
 STANDARD_ERRORS = 2
 FEWEST_TO_JUDGE = 3
+TIE_RULE = (
+    f"A tie means: the mean of the paired differences over the test slurries is within {STANDARD_ERRORS} of its "
+    f"standard errors, taken from the scatter over these slurries, of which it takes at least {FEWEST_TO_JUDGE}."
+)
 
 
-def judged(differences: pd.Series, noise: float | None = None) -> str | None:
+def judged(differences: pd.Series) -> str | None:
     """Say whether errors less those of the reference, slurry by slurry, make it "better", "worse" or a "tie".
 
-    A tie is a mean difference within `noise`, or, where no noise is known, within `STANDARD_ERRORS` of its own standard
-    errors over the slurries; None where there are too few of them for that.
+    A tie is a mean difference within `STANDARD_ERRORS` of its own standard errors over the slurries; None where there
+    are less than `FEWEST_TO_JUDGE` of them.
     """
     known = differences.dropna()
-    if noise is None:
-        if len(known) < FEWEST_TO_JUDGE:
-            return None
-        noise = STANDARD_ERRORS * known.std() / np.sqrt(len(known))
-    if known.empty or np.isnan(noise):
+    if len(known) < FEWEST_TO_JUDGE:
         return None
-    if abs(known.mean()) <= noise:
+    if abs(known.mean()) <= STANDARD_ERRORS * known.std() / np.sqrt(len(known)):
         return "tie"
     return "better" if known.mean() < 0 else "worse"
 
 
-JUDGED_WORDS = {"better": "better", "worse": "worse", "tie": "a tie", None: "too few slurries to judge"}
+# what is unwelcome comes first
+JUDGED_WORDS = {"worse": "worse", "better": "better", "tie": "a tie", None: "too few slurries to judge"}
 
 
 def judged_list(verdicts: Mapping[str, str | None]) -> str:
-    """Text of verdicts by what they are about: "better in a, a tie in b and c"."""
+    """Text of verdicts by what they are about, the worse first: "worse in a; a tie in b and c"."""
     parts = []
     for verdict, words in JUDGED_WORDS.items():
         those = [about for about, own in verdicts.items() if own == verdict]

@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 
 from slurrycast.figures import surrogate_family
-from slurrycast.front import mean_front, non_dominated
+from slurrycast.front import mean_front, on_front
+from slurrycast.noise import BAND_SDS
 from slurrycast.page import (
     Heading,
     Notices,
@@ -29,9 +30,8 @@ from slurrycast.page import (
     span,
 )
 from slurrycast.verdicts import (
-    FEWEST_TO_JUDGE,
     JUDGED_WORDS,
-    STANDARD_ERRORS,
+    TIE_RULE,
     deviations,
     judged,
     judged_list,
@@ -41,15 +41,8 @@ from slurrycast.verdicts import (
 AFFINE = "affine"
 EARLY_DEM = "early_dem"
 # Quantities that are judged together: the group's name and how they begin.
-GROUPS = {
-    "density": "density",
-    "RDF": "rdf_",
-    "contacts": "coordination_",
-    "overlap": "overlap_",
-    "packing": "packing_",
-}
-# A mean difference of two surrogates within so many replica sd (of an RDF: replica spreads) is a tie.
-TIE_IN_SD = 1.0
+# The packing fractions say the same as the density again; the largest overlap is that of a single contact.
+GROUPS = {"density": "density", "RDF": "rdf_", "contacts": "coordination_", "mean overlap": "overlap_mean"}
 MOST_NAMED = 6  # cases that a sentence names one by one
 
 
@@ -140,7 +133,7 @@ def skill_sentences(yardsticks: Yardsticks) -> list[str]:
         words = {"better": "it adds to the affine map", "worse": "it is worse than the affine map"}
         words |= {"tie": "it ties the affine map", None: f"{JUDGED_WORDS[None]} it"}
         sentences.append(
-            f"{network} has a mean skill of {own.mean():.2f} over the test slurries ({span(own, '.2f')}), where 0 is "
+            f"{network} has a mean skill of {own.mean():z.2f} over the test slurries ({span(own, 'z.2f')}), where 0 is "
             f"the affine map and 1 the limit that the DEM itself sets: {words[verdict]}."
         )
     return sentences
@@ -150,63 +143,83 @@ ERRORS_AT_EQUAL_COST = {"mse_um2": "coordinates", "density_error": "density", "r
 
 
 def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
-    """What each network adds over the DEM hurried on at equal cost."""
+    """What each network adds over the DEM hurried on: at equal cost, or beside the one whose cost is nearest."""
     sentences = []
     for network in yardsticks.networks:
         own = yardsticks.equal_cost
         own = own[(own.surrogate == network) & own.slurry.isin(yardsticks.test)]
-        verdicts, means = {}, []
-        for column, words in ERRORS_AT_EQUAL_COST.items():
-            both = own[[column, f"early_dem_{column}"]].dropna()
-            if not both.empty:
-                verdicts[words] = judged(both[column] - both[f"early_dem_{column}"])
-                means.append(f"{words} {both[column].mean():.3g} against {both[f'early_dem_{column}'].mean():.3g}")
-        if verdicts:
-            count = int(own[[f"early_dem_{column}" for column in ERRORS_AT_EQUAL_COST]].notna().any(axis=1).sum())
-            sentences.append(
-                f"{network} against early_dem at equal cost, on {count} of {len(yardsticks.test)} test slurries: "
-                f"{judged_list(verdicts)} (mean errors: {'; '.join(means)})."
-            )
-        else:
-            notes = list(dict.fromkeys(own.note.dropna().astype(str)))
+        known = own.dropna(subset=["early_dem_cost_share"])
+        for note, rows in known.groupby(known.note.astype(object).fillna(""), sort=False):
+            cost, theirs = rows.cost_share_of_full_dem.mean(), rows.early_dem_cost_share.mean()
+            on = f"on {len(rows)} of {len(yardsticks.test)} test slurries"
+            if note:
+                opening = (
+                    f"{network} is {note} {on}, {cost:.1%} of the full DEM against {theirs:.1%}; beside the nearest"
+                )
+            else:
+                opening = f"{network} against early_dem at equal cost, {cost:.1%} of the full DEM, {on}"
+            verdicts, means = {}, []
+            for column, words in ERRORS_AT_EQUAL_COST.items():
+                both = rows[[column, f"early_dem_{column}"]].dropna()
+                if not both.empty:
+                    verdicts[words] = judged(both[column] - both[f"early_dem_{column}"])
+                    means.append(f"{words} {both[column].mean():.3g} against {both[f'early_dem_{column}'].mean():.3g}")
+            sentences.append(f"{opening}: {judged_list(verdicts)} (mean errors: {'; '.join(means)}).")
+        if known.empty:
+            notes = list(dict.fromkeys(own.note.dropna()))
             reason = f": {'; '.join(notes)}" if notes else ""
-            sentences.append(f"{network} cannot be compared with early_dem at equal cost on any test slurry{reason}.")
+            sentences.append(f"{network} cannot be compared with early_dem on any test slurry{reason}.")
     return sentences
 
 
-def group_deviations(yardsticks: Yardsticks, surrogate: str) -> pd.DataFrame:
-    """Mean deviation in replica sd of each group of quantities after relaxation: test slurries x groups."""
+def group_means(yardsticks: Yardsticks, surrogate: str, column: str) -> pd.DataFrame:
+    """Mean of `column` of `relaxed` over each group of quantities: test slurries x groups."""
     own = yardsticks.relaxed(surrogate)
     columns = {}
     for group, start in GROUPS.items():
         of_group = own[own.quantity.str.startswith(start)]
-        columns[group] = of_group.groupby("slurry").in_sd.mean().reindex(yardsticks.test)
-    return pd.DataFrame(columns)
+        columns[group] = of_group.groupby("slurry")[column].mean().reindex(yardsticks.test)
+    return pd.DataFrame(columns, dtype=float)
+
+
+def deviations_to_judge(yardsticks: Yardsticks, surrogate: str) -> pd.DataFrame:
+    """`group_means` of |value - that of the DEM|; the density's is a share of the DEM's, as wherever it is judged."""
+    density = yardsticks.density_errors(surrogate).reindex(yardsticks.test)
+    return group_means(yardsticks, surrogate, "deviation").assign(density=density)
 
 
 def tie_sentences(yardsticks: Yardsticks) -> list[str]:
-    """Whether affine and relaxation tie each network."""
-    reference = group_deviations(yardsticks, AFFINE)
+    """Whether affine and relaxation tie each network, and where both are within the noise of the DEM."""
+    reference = deviations_to_judge(yardsticks, AFFINE)
+    reference_in_sd = group_means(yardsticks, AFFINE, "in_sd").mean()
     sentences = []
     for network in yardsticks.networks:
-        own = group_deviations(yardsticks, network)
-        groups = [group for group in GROUPS if (own[group] - reference[group]).notna().any()]
+        differences = deviations_to_judge(yardsticks, network) - reference
+        groups = [group for group in GROUPS if differences[group].notna().any()]
         if not groups:
-            sentences.append(
-                f"After relaxation {network} and affine cannot be compared: no scatter of replicas is known."
-            )
+            sentences.append(f"{network} and affine have no relaxed structure in common to compare.")
             continue
-        verdicts = {group: judged(own[group] - reference[group], noise=TIE_IN_SD) for group in groups}
-        means = [f"{group} {own[group].mean():.2g} and {reference[group].mean():.2g}" for group in groups]
+        verdicts = {group: judged(differences[group]) for group in groups}
         found = set(verdicts.values())
         if found == {"tie"}:
-            opening = f"After relaxation affine ties {network}"
-        elif "better" not in found:
-            opening = f"After relaxation {network} adds nothing to affine, and is {judged_list(verdicts)}"
+            opening = f"After relaxation affine ties {network} in {listed(groups)}"
+        elif found == {None}:
+            opening = f"After relaxation, {network} against affine: {JUDGED_WORDS[None]}"
+        elif found <= {"tie", "worse"}:
+            opening = f"After relaxation {network} adds nothing to affine: {judged_list(verdicts)}"
         else:
-            opening = f"After relaxation {network} is not tied by affine: {judged_list(verdicts)}"
+            opening = f"After relaxation, {network} against affine: {judged_list(verdicts)}"
+        in_sd = pd.DataFrame({network: group_means(yardsticks, network, "in_sd").mean(), AFFINE: reference_in_sd})
+        in_sd = in_sd.dropna()
+        if in_sd.empty:
+            sentences.append(f"{opening}. How much that is against the scatter of replicas is not known.")
+            continue
+        sizes = [f"{group} {row[network]:.2g} and {row[AFFINE]:.2g}" for group, row in in_sd.iterrows()]
+        within = [group for group, row in in_sd.iterrows() if row.max() < BAND_SDS]
         sentences.append(
-            f"{opening} (mean deviations from the DEM in replica sd, {network} first: {'; '.join(means)})."
+            f"{opening}. Mean deviations from the DEM in replica sd (of an RDF: replica spreads), {network} first: "
+            f"{'; '.join(sizes)}. Both are within the noise of the DEM, {BAND_SDS} of these, in: "
+            f"{listed(within) if within else 'none of them'}."
         )
     return sentences
 
@@ -220,9 +233,10 @@ def bar_sentences(yardsticks: Yardsticks) -> list[str]:
         if choice is None or choice in chosen[:place]:
             continue
         best, role = choice
+        picked = "" if role == "validation" else "; without validation slurries it was picked on those it is judged on"
         among = "all surrogates" if place == 0 else "those that do not go on with the DEM"
         sentences.append(
-            f"{best} has the lowest mean density error after relaxation on the {role} slurries, of {among}."
+            f"{best} has the lowest mean density error after relaxation on the {role} slurries, of {among}{picked}."
         )
         density = yardsticks.density_errors(best).reindex(yardsticks.test).dropna()
         sentences.append(
@@ -311,9 +325,8 @@ def verdict_section(yardsticks: Yardsticks) -> Section:
         f"test {named(yardsticks.test)}. From tables/structure_errors.csv."
     )
     judged_by = (
-        f"Over slurries, a tie is a mean difference within {STANDARD_ERRORS} of its standard errors, from the scatter "
-        f"over the test slurries, at least {FEWEST_TO_JUDGE}; between relaxed structures, one within {TIE_IN_SD:g} "
-        "replica sd (of an RDF: the mean difference between two replicas)."
+        f"{TIE_RULE} The scatter between replicas only gives the size of an effect: replica sd, and of an RDF the "
+        "replica spread, the mean difference between two replicas."
     )
     return Section(
         "What the yardsticks say",
@@ -345,11 +358,11 @@ def skill_section(yardsticks: Yardsticks) -> Section:
         validated = by_slurry.skill.reindex(yardsticks.slurries("validation"))
         ratio = (tested.mse_um2 / tested.mse_affine_um2).mean()
         means = [number(tested.mse_um2.mean()), number(ratio)]
-        rows.append([surrogate, *means, *mean_and_worst(tested.skill, ".2f", True), number(validated.mean(), ".2f")])
+        rows.append([surrogate, *means, *mean_and_worst(tested.skill, "z.2f", True), number(validated.mean(), "z.2f")])
     columns = ["Surrogate", "MSE (µm²)", "MSE / that of affine", "skill", "worst skill", "skill, validation"]
     known = yardsticks.skill[yardsticks.skill.slurry.isin(yardsticks.test)]
     means = known.groupby("surrogate", sort=False).skill.mean().dropna()
-    sentence = f" The highest mean is that of {means.idxmax()} ({means.max():.2f})." if len(means) else ""
+    sentence = f" The highest mean is that of {means.idxmax()} ({means.max():z.2f})." if len(means) else ""
     caption = (
         "Skill is 1 − (MSE − floor) / (MSE of affine − floor): 0 is the affine map, 1 the limit, where the floor is "
         f"what a DEM run moved by a hair ends away from itself. Means over the test slurries.{sentence} From "
@@ -416,14 +429,16 @@ def structure_section(yardsticks: Yardsticks) -> Section:
                 "earlier input frames and every slurry: tables/structure_errors.csv."
             )
             blocks.append(Table(f"Table Y4.{count}", caption, ["Quantity", *labels], rows))
-    relaxed = tested[tested.stage == "relaxed"].groupby("surrogate", sort=False).in_sd.mean().dropna()
-    sentence = ""
-    if len(relaxed):
-        sentence = (
-            f" Over all quantities, {relaxed.idxmin()} is nearest to the DEM ({relaxed.min():.2g} replica sd on "
-            f"average), {relaxed.idxmax()} farthest ({relaxed.max():.2g})."
+    caption = (
+        "Mean deviation of relaxed structures from the DEM in replica sd (of an RDF: replica spreads), over the test "
+        "slurries."
+    )
+    in_sd = pd.DataFrame({name: group_means(yardsticks, name, "in_sd").mean() for name in labels_of(tested)})
+    for group, means in in_sd.dropna(how="all").iterrows():
+        caption += (
+            f" In {group}, {means.idxmin()} is nearest to the DEM ({means.min():.2g}), {means.idxmax()} farthest "
+            f"({means.max():.2g})."
         )
-    caption = f"Mean deviation of relaxed structures from the DEM in replica sd, over the test slurries.{sentence}"
     figure = figure_block(yardsticks.figures, "structure", "Fig. Y2", caption)
     return Section("Structure", [*figure, *blocks])
 
@@ -445,14 +460,11 @@ def front_section(yardsticks: Yardsticks) -> Section:
     sentence = "No test slurry has both."
     if not tested.empty:
         means = mean_front(tested)
-        on_front = {
-            words: listed(list(means.surrogate[non_dominated(means.cost_share_of_full_dem, means[column])]))
-            for column, words in (("density_error", "density"), ("rdf_error", "RDF"))
-        }
-        sentence = " ".join(
-            f"On the front of {words} error against cost (no other is at most as dear and better): {those}."
-            for words, those in on_front.items()
-        )
+        sentence = "On the front no other one is at most as dear and better; the full DEM, with no error, counts too."
+        for column, words in (("density_error", "density"), ("rdf_error", "RDF")):
+            those = means.surrogate[on_front(means.cost_share_of_full_dem, means[column])]
+            sentence += f" On that of {words} error against cost: {listed([*those, 'the full DEM'])}."
+        sentence += " Order within the band of the DEM's own noise is not resolved."
     figure = figure_block(yardsticks.figures, "front", "Fig. Y3", f"Structural error against cost. {sentence}")
     table = Table("Table Y5", caption, columns, rows, groups=groups)
     return Section("Error against cost", [*figure, table] if figure else [Text(sentence), table])
@@ -463,28 +475,25 @@ def equal_cost_section(yardsticks: Yardsticks) -> Section:
     tested = yardsticks.equal_cost[yardsticks.equal_cost.slurry.isin(yardsticks.test)]
     rows = []
     for surrogate, own in tested.groupby("surrogate", sort=False):
-        cells = [f"{own.cost_share_of_full_dem.mean():.1%}"]
-        for column in ERRORS_AT_EQUAL_COST:
-            both = own[[column, f"early_dem_{column}"]].dropna()
-            cells += [number(value) for value in (both[column].mean(), both[f"early_dem_{column}"].mean())]
-        compared = own[[f"early_dem_{column}" for column in ERRORS_AT_EQUAL_COST]].notna().any(axis=1)
-        notes = own.note.dropna().astype(str).value_counts()
-        rows.append(
-            [
-                surrogate,
-                *cells,
-                f"{compared.sum()} of {len(own)}",
-                "; ".join(f"{note} ({count})" for note, count in notes.items()),
-            ]
-        )
-    words = ("MSE (µm²)", "Density error", "RDF error, |Δg|")
-    columns = ["Surrogate", "Cost / full DEM", *["own", "early_dem"] * 3, "Slurries compared", "Why not the others"]
-    groups = [("", 2), *((word, 2) for word in words), ("", 2)]
+        known = own.dropna(subset=["early_dem_cost_share"])
+        cells = []
+        for column, form in {"cost_share": ".1%", **dict.fromkeys(ERRORS_AT_EQUAL_COST, ".3g")}.items():
+            ours = "cost_share_of_full_dem" if column == "cost_share" else column
+            both = known[[ours, f"early_dem_{column}"]].dropna()
+            cells += [number(both[name].mean(), form) for name in both]
+        notes = own.note.dropna().value_counts()
+        beyond = "; ".join(f"{note} ({count})" for note, count in notes.items())
+        rows.append([surrogate, *cells, f"{own.note.isna().sum()} of {len(own)}", beyond])
+    words = ("Cost / full DEM", "MSE (µm²)", "Density error", "RDF error, |Δg|")
+    columns = ["Surrogate", *["own", "early_dem"] * 4, "Slurries at equal cost", "The others"]
+    groups = [("", 1), *((word, 2) for word in words), ("", 2)]
     caption = (
-        "Each surrogate beside the DEM itself, continued with a faster barostat and interpolated at the same cost; "
-        "means over the test slurries where both are known. From tables/equal_cost.csv."
+        "Each surrogate beside the DEM itself, hurried on with a faster barostat, at the same cost end to end: the "
+        "errors of the one with the lowest MSE that costs at most as much, of all barostats and input frames, "
+        "interpolated in between. Where none costs the same, beside the nearest in cost. Means over the test slurries "
+        "where both are known. From tables/equal_cost.csv."
     )
-    table = Table("Table Y6", caption, columns, rows, texts=(0, 9), groups=groups)
+    table = Table("Table Y6", caption, columns, rows, texts=(0, 10), groups=groups)
     return Section("At equal cost", [Points(equal_cost_sentences(yardsticks)), table])
 
 
@@ -509,23 +518,38 @@ def plain_table(label: str, caption: str, table: pd.DataFrame) -> Table:
     return Table(label, caption, [heading(column) for column in table], rows, texts=texts)
 
 
+def payback_words(row: pd.Series) -> str:
+    """Say when the training of one row of tables/cost_scaling.csv is paid back, never, or why that is not known."""
+    if pd.isna(row.training_s):
+        return "what its training took is not known, so neither is when it is paid back"
+    if pd.isna(row.saved_s_per_slurry):
+        return "no test slurry says when its training is paid back"
+    if row.saved_s_per_slurry <= 0:
+        return (
+            f"its training is never paid back: the hybrid takes {-row.saved_s_per_slurry:,.3g} s longer than the full "
+            "DEM (median of the test slurries)"
+        )
+    return (
+        f"its training is paid back after {row.slurries_to_pay_training:,.0f} slurries, with the DEM of the training "
+        f"slurries after {row.slurries_to_pay_training_and_dem:,.0f}"
+    )
+
+
 def payback_sentences(yardsticks: Yardsticks) -> list[str]:
-    """How the cost with each network grows, and when its training is paid back, by wall clock."""
+    """When the training of each network is paid back, and how the cost with it grows, by wall clock."""
     scaling = yardsticks.cost_scaling[yardsticks.cost_scaling.clock == "wall_s"].set_index("surrogate")
     sentences = []
     for network in [name for name in yardsticks.networks if name in scaling.index]:
         row = scaling.loc[network]
-        paid = [row.slurries_to_pay_training, row.slurries_to_pay_training_and_dem]
-        words = (
-            f"its training is paid back after {paid[0]:,.0f} slurries, with the DEM of the training slurries after "
-            f"{paid[1]:,.0f}"
-        )
-        if pd.isna(paid).any():
-            words = "its training is never paid back, or what it took is not known"
-        sentences.append(
-            f"With {network}, wall time of the hybrid goes with the number of particles to the "
-            f"{row.hybrid_exponent:.2f}, of the full DEM to the {row.dem_exponent:.2f}; {words}."
-        )
+        sizes = f"{row.slurries:.0f} slurries of {row.fewest_particles:,.0f} to {row.most_particles:,.0f} particles"
+        growth = f"{sizes} are too few or too alike to say how cost grows with size"
+        if pd.notna(row.hybrid_exponent):
+            growth = (
+                f"over {sizes}, wall time of the hybrid goes with the number of particles to the "
+                f"{row.hybrid_exponent:.2f} ± {row.hybrid_exponent_se:.2f}, of the full DEM to the "
+                f"{row.dem_exponent:.2f} ± {row.dem_exponent_se:.2f} (standard errors)"
+            )
+        sentences.append(f"With {network}, {payback_words(row)}; {growth}.")
     return sentences
 
 
@@ -534,8 +558,10 @@ def cost_section(yardsticks: Yardsticks) -> Section:
     scaling, claims = yardsticks.cost_scaling, yardsticks.study_costs
     scaling = scaling[scaling.surrogate.isin(main_labels(labels_of(scaling)))]
     caption = (
-        "How cost grows with the number of particles (the exponent of a power law), what learning costs once, and "
-        "after how many slurries it is paid back. Variants and earlier input frames: tables/cost_scaling.csv."
+        "How cost grows with the number of particles (the exponent of a power law and its standard error, se, over all "
+        "slurries with a full DEM; none for less than 3 slurries or sizes within a factor of 2), what learning costs "
+        "once, and after how many slurries it is paid back by what a test slurry saves (median). Variants and earlier "
+        "input frames: tables/cost_scaling.csv."
     )
     blocks = [plain_table("Table Y7", caption, scaling)]
     caption = (

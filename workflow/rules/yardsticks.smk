@@ -174,6 +174,7 @@ rule compare_structure:
         dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
         dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=HELD_OUT),
         noise=rules.measure_noise.output.table,
+        replica_rdf=rules.measure_noise.input.rdf,
     output:
         table=report(
             f"{RESULTS}/tables/structure_errors.csv",
@@ -191,6 +192,7 @@ rule compare_structure:
     shell:
         "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q}"
         " --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q} --noise {input.noise:q}"
+        " --replica-rdf {input.replica_rdf:q}"
         " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
@@ -259,9 +261,29 @@ rule fit_costs:
     input:
         script="scripts/fit_costs.py",
         modules=modules("scripts/fit_costs.py"),
-        speedup=rules.compare_costs.output.table,
-        cost=rules.collect_costs.output.table,
+        costs=[
+            *rules.compute_front.input.costs,
+            *expand(
+                [
+                    rules.generate_inputs.output.cost,
+                    rules.run_slurry.output.cost,
+                    rules.extract_frames.output.cost,
+                ],
+                slurry=TRAINING,
+            ),
+            *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
+            rules.measure_packing.output.cost,
+            *expand(
+                f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
+                surrogate=[text for text in YARDSTICKS if MODULES[text].MODEL_FILE == "model.keras"],
+            ),
+            *expand(
+                f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
+                surrogate=[text for text in YARDSTICKS if MODULES[text].MODEL_FILE == "model.json"],
+            ),
+        ],
         equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
     output:
         table=report(
             f"{RESULTS}/tables/cost_scaling.csv",
@@ -276,10 +298,15 @@ rule fit_costs:
     conda:
         "../../envs/analysis.yaml"
     params:
-        learning=[text for text in SURROGATES if MODULES[text].MODEL_FILE or (text in BOXED and not PACKING_GIVEN)],
+        input_steps=input_steps(YARDSTICKS),
+        learning=[
+            text
+            for text, module in MODULES.items()
+            if module.MODEL_FILE or (module.BOX_RULE == "mean_packing_fraction" and not PACKING_GIVEN)
+        ],
     shell:
-        "python {input.script:q} --speedup {input.speedup:q} --cost-table {input.cost:q} --equilibrium {input.equilibrium:q}"
-        " --learns-from-dem {params.learning:q} --table {output.table:q}"
+        "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
+        " --input-steps {params.input_steps:q} --learns-from-dem {params.learning:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -369,6 +396,7 @@ rule plot_front:
         front=rules.compute_front.output.table,
         structure_errors=rules.compare_structure.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
+        speedup=rules.compare_costs.output.table,
     output:
         figure=report(
             f"{RESULTS}/figures/front.png",
@@ -384,7 +412,7 @@ rule plot_front:
         "../../envs/analysis.yaml"
     shell:
         "python {input.script:q} --front {input.front:q} --structure-errors {input.structure_errors:q}"
-        " --equilibrium {input.equilibrium:q} --figure {output.figure:q}"
+        " --equilibrium {input.equilibrium:q} --speedup {input.speedup:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 

@@ -17,14 +17,12 @@ MODEL_FILE = None
 CONTINUES_DEM = True
 VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
 
-PRESSURE_WITHIN = 0.1  # share of the barostat's pressure; at rest the two agree within 1 %
-
 
 def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) and box edges (3,), um, of the DEM gone on in rounds of `flat_steps` steps until one is flat.
 
-    Flat is a round over which density changed by at most the share `flat_within`, and which begins and ends near the
-    pressure of the barostat. RunError if none within `max_steps` steps was.
+    Flat is a round over which density changed by at most the share `flat_within`, and which begins and ends within
+    the share `pressure_within` of the barostat's pressure. RunError if none within `max_steps` steps was.
     """
     from slurrycast.lammps_dump import read_dump
 
@@ -43,7 +41,7 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
             "round_steps": round_steps,
             "max_rounds": rounds,
             "flat_within": settings["flat_within"],
-            "pressure_within": PRESSURE_WITHIN,
+            "pressure_within": settings["pressure_within"],
             "displacement_um": 0,
             "displacement_seed": 1,
             "thermo_every_steps": round_steps,
@@ -52,7 +50,7 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
     )
     density, pressure = (log.thermo[[0, -1], log.columns.index(name)] for name in ("v_density_g_cm3", "Press"))
     change, misfit = density[1] / density[0] - 1, np.abs(pressure / dem["pressure_kpa"] - 1)
-    if abs(change) > settings["flat_within"] or misfit.max() > PRESSURE_WITHIN:
+    if abs(change) > settings["flat_within"] or misfit.max() > settings["pressure_within"]:
         raise RunError(
             f"{question.slurry}: not at rest after surrogate.early_dem.max_steps ({rounds * round_steps}) more steps: "
             f"density {100 * change:+.2g} % over the last {round_steps}, pressure {pressure[0]:.4g} to "

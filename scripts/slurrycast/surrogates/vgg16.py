@@ -36,8 +36,8 @@ LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particl
 BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.keras"
 CONTINUES_DEM = False
-# `vgg16_relative`: coordinates as a share of the box edges at the last input frame, for boxes of all sizes alike. It tells
-# whether it matters that coordinates of a large box lie outside those that the network was trained on.
+# `vgg16_relative`: coordinates as a share of the box edges at the last input frame, so alike for boxes of all sizes. It
+# tells whether it matters that those of a large box lie outside what the network was trained on.
 VARIANT = re.compile("(?P<coordinates>relative)?")
 RELATIVE_EDGE_UM = 10.0  # edge to which these boxes are scaled, so that numbers stay about as large as in um
 
