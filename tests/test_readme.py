@@ -1,56 +1,124 @@
-"""Numbers in the README against the files that the workflow wrote."""
+"""Numbers in the README and in docs/ against the files that the workflow wrote."""
 
 import json
 import re
+from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from slurrycast.tables import read_equilibrium
+from slurrycast.tables import read_equilibrium, read_table
 
 
 @pytest.fixture
-def reference(root):
-    return root / "results" / "reference" / "demo"
+def reference(root) -> Path:
+    return root / "results" / "reference"
 
 
 def rows(text: str) -> dict[str, list[str]]:
-    """Rows of the results table by slurry."""
-    lines = [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in text.splitlines() if "|" in line]
-    return {cells[0]: cells[1:] for cells in lines if re.fullmatch(r"\d", cells[0])}
+    """Rows of the tables in Markdown whose first cell is code, by that cell."""
+    lines = [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in text.splitlines()]
+    return {cells[0].strip("`"): cells[1:] for cells in lines if re.fullmatch(r"`\w+`", cells[0]) and len(cells) > 4}
+
+
+def summary(folder: Path) -> dict[str, list[str]]:
+    """The results table: means over the test slurries of a run with yardsticks."""
+    roles = read_equilibrium(folder / "tables" / "equilibrium.csv").set_index("slurry").role
+    tables = {name: read_table(folder / "tables" / f"{name}.csv") for name in ("skill", "structure_errors", "front")}
+    tables = {name: table[table.slurry.map(roles) == "test"] for name, table in tables.items()}
+    relaxed = tables["structure_errors"].query("stage == 'relaxed'")
+    expected = {}
+    for label in tables["skill"].surrogate.unique():
+        skill, structure, front = (
+            table[table.surrogate == label] for table in (tables["skill"], relaxed, tables["front"])
+        )
+        density = structure[structure.quantity == "density_g_cm3"]
+        density_error = abs(density.value / density.dem_value - 1)
+        rdf = structure[structure.quantity == "rdf_all"]
+        expected[label] = [
+            f"{skill.mse_um2.mean():.3f}",
+            f"{skill.skill.mean():.2f}",
+            f"{density_error.mean():.2%} ({density_error.max():.2%})",
+            f"{(rdf.value / rdf.replica_sd).mean():.2f}",
+            f"{front.cost_share_of_full_dem.mean():.1%}",
+        ]
+    return expected
 
 
 def test_results_table(root, reference):
-    tables = {path.stem: pd.read_csv(path, dtype={"slurry": str}) for path in (reference / "tables").glob("*.csv")}
-    density, errors, rdf = (tables[name] for name in ("density_volume", "coordinate_errors", "rdf_errors"))
-    dem = density[density.model == "DEM"].set_index("slurry").density_g_cm3
-    hybrid = density[density.model == "hybrid"].set_index("slurry").density_g_cm3
-    errors = errors[errors.axis == "all"].set_index("slurry")
-    rdf = rdf[rdf.pair == "all"].set_index("slurry").mean_abs_difference
-    cost = tables["speedup"][tables["speedup"].clock == "wall_s"].set_index("slurry")
-    equilibrium = read_equilibrium(reference / "tables" / "equilibrium.csv").set_index("slurry")
-    expected = {
-        slurry: [
-            f"{equilibrium.particles[slurry]:,}",
-            f"{dem[slurry]:.3f}",
-            f"{hybrid[slurry]:.3f} ({hybrid[slurry] / dem[slurry] - 1:+.1%})",
-            f"{errors.mse_um2[slurry]:.3f}",
-            f"{errors.r2[slurry]:.4f}",
-            f"{rdf[slurry]:.3f}",
-            f"{cost.ratio[slurry]:.1f} ({cost.ratio_to_equilibrium[slurry]:.1f})",
-        ]
-        for slurry in errors.index
-    }
-    shown = rows((root / "README.md").read_text(encoding="utf-8"))
-    assert shown == expected
+    assert rows((root / "README.md").read_text(encoding="utf-8")) == summary(reference / "reduced")
 
 
-def test_machine_and_training_time(root, reference):
+def test_machine_and_commit(root, reference):
     text = re.sub(r"\s+", " ", (root / "README.md").read_text(encoding="utf-8"))
-    versions = json.loads((reference / "versions.json").read_text())
+    versions = json.loads((reference / "reduced" / "versions.json").read_text())
     assert re.sub(r", \d+ GiB$", "", versions["machine"]) in text
-    cost = pd.read_csv(reference / "tables" / "cost.csv")
-    minutes = cost[cost.stage == "train_surrogate"].wall_s.iloc[0] / 60
-    assert f"Training, {minutes:.1f} min" in text
-    cpu_s = cost[cost.stage != "run_slurry_to_input"].cpu_s.sum()
-    assert f"it needed {cpu_s / 60:.0f} minutes of CPU time" in text
+    for network in ("vgg16", "vgg16_box"):
+        epochs = len(pd.read_csv(reference / "reduced" / "models" / network / "history.csv"))
+        assert f"`{network}` {epochs} epochs" in text
+
+
+def test_the_affine_error_of_one_slurry_can_be_computed_anew(reference):
+    """From its last input frame and the packing fraction of the training slurries alone, by the code as it is."""
+    from slurrycast.errors import coordinate_errors
+    from slurrycast.final_box import scale_to_packing_fraction
+    from slurrycast.frames import read_frames
+    from slurrycast.recipe import sphere_volume_um3
+    from slurrycast.surrogates import affine
+    from slurrycast.surrogates.question import Question
+
+    folder = reference / "reduced"
+    packing_fraction = json.loads((folder / "packing_fraction.json").read_text())["mean"]
+    with read_frames(folder / "frames" / "2.h5") as store:
+        last, target = (store.frame(int(k)) for k in store.frame_numbers)
+        volume_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
+        edges_um = last.edges_um * scale_to_packing_fraction(packing_fraction, volume_um3, last.edges_um)
+        prediction = affine.predict(Question("2", store.particles, (last,), edges_um), None, {})
+    error = coordinate_errors(target.position_um, prediction.position_um)["all"].mse_um2
+    skill = read_table(folder / "tables" / "skill.csv").set_index(["surrogate", "slurry"])
+    assert error == pytest.approx(skill.mse_um2["affine", "2"], rel=1e-6)
+
+
+def one_line(path: Path) -> str:
+    return re.sub(r"\s+", " ", path.read_text(encoding="utf-8"))
+
+
+def test_time_step(root, reference):
+    text = one_line(root / "docs" / "yardsticks.md")
+    summary = pd.read_csv(reference / "timestep" / "timestep_summary.csv").set_index("timestep_us")
+    coarse, fine = summary.loc[2e-3], summary.iloc[0]
+    assert f"{coarse.density_difference:+.2%} ± {coarse.standard_error:.2%} from that with 1e-4 µs" in text
+    assert f"a shift of up to {coarse.density_difference_bound:.2%} is not excluded" in text
+    later, error = coarse.time_to_equilibrium_us_difference, coarse.time_to_equilibrium_us_standard_error
+    assert f"{later:+.0%} ± {error:.0%} later" in text
+    assert f"{fine.cpu_s_mean / coarse.cpu_s_mean:.0f} times the CPU time" in text
+
+
+def noise_lines(folder: Path) -> list[str]:
+    """What the replicas and twins of a run say, a line for each replicated slurry."""
+    noise = read_table(folder / "tables" / "noise.csv").set_index(["slurry", "quantity"])
+    lines = []
+    for slurry in noise.index.unique("slurry"):
+        of = noise.loc[slurry]
+        density = of.loc["density_g_cm3"]
+        spread = {pair: of["mean"][f"rdf_{pair}"] for pair in ("all", "NiO-8YSZ")}
+        lines.append(
+            f"Slurry {slurry} ({int(density.particles):,} particles): "
+            f"{density['mean']:.4f} ± {2 * density.sd:.4f} g/cm³, "
+            f"|Δg| {spread['all']:.4f} (all) and {spread['NiO-8YSZ']:.4f} (NiO-8YSZ), "
+            f"floor {of['mean']['twin_floor_um2']:.4f} µm²"
+        )
+    return lines
+
+
+def test_noise_and_cost(root, reference):
+    text = one_line(root / "docs" / "yardsticks.md")
+    for line in noise_lines(reference / "reduced"):
+        assert line in text
+    scaling = read_table(reference / "reduced" / "tables" / "cost_scaling.csv").query("clock == 'cpu_s'")
+    scaling = scaling.set_index("surrogate")
+    for label in ("affine", "vgg16", "early_dem_x10"):
+        row = scaling.loc[label]
+        assert f"`{label}` N^{row.hybrid_exponent:.2f} ± {row.hybrid_exponent_se:.2f}" in text
+    assert f"the full DEM N^{row.dem_exponent:.2f} ± {row.dem_exponent_se:.2f}" in text
+    assert f"{scaling.training_s['vgg16'] / 60:.0f} min of CPU time" in text
