@@ -143,6 +143,53 @@ def training_minutes(wildcards, attempt):
     return 10 + attempt * int(updates / 60)
 
 
+def goes_on(wildcards):
+    """Whether the surrogate goes on with the DEM."""
+    return MODULES[wildcards.surrogate].CONTINUES_DEM
+
+
+def continuation_options(wildcards, input):
+    """Command line of predict_slurry for a surrogate that goes on with the DEM."""
+    if not goes_on(wildcards):
+        return []
+    folder = f"{RESULTS}/dem/{wildcards.slurry}"
+    restart = f"{folder}/frame_{max(input_frames(wildcards.surrogate))}.restart"
+    work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
+    options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
+    return [word for name, value in options.items() for word in (f"--{name}", value)]
+
+
+def prediction_minutes(wildcards, attempt):
+    """Walltime of a prediction in minutes."""
+    if goes_on(wildcards):
+        return lammps_minutes(wildcards, config["surrogate"]["early_dem"]["max_steps"], attempt)
+    return 10 * attempt
+
+
+def timestep_runs():
+    """Ids of the runs of the convergence study."""
+    of_table("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
+    return list(TIMESTEP_RUNS)
+
+
+def replicated():
+    """Slurries that have replicas and a twin."""
+    if "affine" not in LABELS:
+        raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
+    if not with_role("test"):
+        raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
+    return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
+
+
+def structure_options(wildcards):
+    """What measure_structure reads: the end of the DEM, or what a surrogate predicted and what became of it."""
+    slurry, source = wildcards.slurry, wildcards.source
+    if source == "dem":
+        return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
+    folder = f"{RESULTS}/hybrid/{source}/{slurry}"
+    return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
+
+
 # The ids themselves: any other pattern cuts names like coordinates_vgg16_6_r1 at the wrong place.
 wildcard_constraints:
     slurry="|".join(RUNS),

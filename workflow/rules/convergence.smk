@@ -10,12 +10,6 @@ OUTPUTS:
 """
 
 
-def timestep_runs():
-    """Ids of the runs of the convergence study."""
-    of_table("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
-    return list(TIMESTEP_RUNS)
-
-
 rule compare_timesteps:
     input:
         script="scripts/compare_timesteps.py",

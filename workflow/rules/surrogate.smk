@@ -10,30 +10,6 @@ OUTPUTS:
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
-
-def goes_on(wildcards):
-    """Whether the surrogate goes on with the DEM."""
-    return MODULES[wildcards.surrogate].CONTINUES_DEM
-
-
-def continuation_options(wildcards, input):
-    """Command line of predict_slurry for a surrogate that goes on with the DEM."""
-    if not goes_on(wildcards):
-        return []
-    folder = f"{RESULTS}/dem/{wildcards.slurry}"
-    restart = f"{folder}/frame_{max(input_frames(wildcards.surrogate))}.restart"
-    work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
-    options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
-    return [word for name, value in options.items() for word in (f"--{name}", value)]
-
-
-def prediction_minutes(wildcards, attempt):
-    """Walltime of a prediction in minutes."""
-    if goes_on(wildcards):
-        return lammps_minutes(wildcards, config["surrogate"]["early_dem"]["max_steps"], attempt)
-    return 10 * attempt
-
-
 if TRAINING_NEEDED:
 
     rule train_surrogate:

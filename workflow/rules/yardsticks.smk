@@ -59,24 +59,6 @@ rule run_twin:
         " 2>&1 | tee {log:q}"
 
 
-def replicated():
-    """Slurries that have replicas and a twin."""
-    if "affine" not in LABELS:
-        raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
-    if not with_role("test"):
-        raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
-    return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
-
-
-def structure_options(wildcards):
-    """What measure_structure reads: the end of the DEM, or what a surrogate predicted and what became of it."""
-    slurry, source = wildcards.slurry, wildcards.source
-    if source == "dem":
-        return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
-    folder = f"{RESULTS}/hybrid/{source}/{slurry}"
-    return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
-
-
 rule measure_structure:
     input:
         unpack(structure_options),
