@@ -4,8 +4,8 @@ In: tables/front.csv, tables/structure_errors.csv for the scatter of DEM replica
 and tables/speedup.csv for what the DEM up to its own equilibrium costs.
 Out: PNG, one panel for the density and one for the RDF; a point is the mean over the slurries of role test, the text
 beside it names variant and last input frame (f10: frame 10). The band is the noise of the DEM, within which order is
-not resolved: of the density, 2 sd of replicas; of the RDF, the mean difference between two replicas. Surrogates on the
-front are named in full: neither another one nor the full DEM, which has no error, is at most as dear and better.
+not resolved: of the density, 2 sd of replicas; of the RDF, the mean difference between two replicas. Bold text marks
+the front: neither another surrogate nor the full DEM, which has no error, is at most as dear and better.
 """
 
 import argparse
@@ -38,6 +38,7 @@ PANELS = {
     ),
 }
 FULL = "full DEM (no error: below the axis)"
+MARGIN = 1.25  # above and below the points
 SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1))
 DISTANCES_PT = (6, 11, 17, 25)
 
@@ -96,8 +97,8 @@ def draw_panel(
     for family, marker in markers.items():
         own = points.family == family
         axes.plot(cost[own], error[own], marker, color=colours[family], markeredgecolor="white", ms=8, label=family)
-    lowest = min(error.min(), scale * band if band > 0 else np.inf) / 2
-    axes.set_ylim(bottom=lowest, top=1.6 * error.max())
+    lowest, highest = error.min() / MARGIN, MARGIN * max(error.max(), scale * band if band > 0 else 0)
+    axes.set_ylim(bottom=lowest, top=highest)
     axes.set_xlim(0.6 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
     axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2)
     if equilibrium > 0:
@@ -110,7 +111,7 @@ def draw_panel(
         )
         axes.set_title(f"{title} (band: {band_words})")
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
 
@@ -132,7 +133,7 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
         front = on_front(points.cost_share_of_full_dem, points[column])
         names = [
             (
-                row.surrogate if named else short_name(row.surrogate, row.family, row.input_last_frame),
+                short_name(row.surrogate, row.family, row.input_last_frame),
                 100 * row.cost_share_of_full_dem,
                 PANELS[column][2] * getattr(row, column),
                 "bold" if named else "normal",
