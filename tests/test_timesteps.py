@@ -186,7 +186,7 @@ def test_figure(study, tables, root, command, tmp_path):
         "plot_timesteps",
         runs=study["runs"],
         summary=study["summary"],
-        equilibrium=root / "results" / "reference" / "demo" / "tables" / "equilibrium.csv",
+        equilibrium=root / "results" / "reference" / "reduced" / "tables" / "equilibrium.csv",
         max_density_difference=0.005,
         figure=tmp_path / "timesteps.png",
     )
