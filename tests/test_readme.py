@@ -122,3 +122,14 @@ def test_noise_and_cost(root, reference):
         assert f"`{label}` N^{row.hybrid_exponent:.2f} ± {row.hybrid_exponent_se:.2f}" in text
     assert f"the full DEM N^{row.dem_exponent:.2f} ± {row.dem_exponent_se:.2f}" in text
     assert f"{scaling.training_s['vgg16'] / 60:.0f} min of CPU time" in text
+
+
+def test_predicted_volumes(root, reference):
+    text = one_line(root / "docs" / "yardsticks.md")
+    errors = read_table(reference / "reduced" / "tables" / "structure_errors.csv")
+    density = errors[(errors.stage == "predicted") & (errors.quantity == "density_g_cm3")]
+    volume_error = (density.dem_value / density.value - 1).groupby([density.surrogate, density.slurry]).first()
+    for label in ("linear", "vgg16"):
+        small, large = volume_error[label, "3"], volume_error[label, "6"]
+        assert f"`{label}` {small:+.1%} for slurry 3 (1 unit) and {large:+.1%} for slurry 6 (5 units)" in text
+    assert "The study's slurry 6 errs the other way, -19 %" in text
