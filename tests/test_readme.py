@@ -133,3 +133,18 @@ def test_predicted_volumes(root, reference):
         small, large = volume_error[label, "3"], volume_error[label, "6"]
         assert f"`{label}` {small:+.1%} for slurry 3 (1 unit) and {large:+.1%} for slurry 6 (5 units)" in text
     assert "The study's slurry 6 errs the other way, -19 %" in text
+
+
+def test_sizes(root, reference):
+    text = one_line(root / "docs" / "yardsticks.md")
+    clock = pd.read_csv(reference / "size" / "size_clock.csv").iloc[0]
+    assert f"N^{clock.exponent:.3f} ± {clock.standard_error:.3f}" in text
+    assert clock.damping_exponent == 0
+    errors = read_table(reference / "size" / "size_errors.csv")
+    for label in ("linear", "vgg16", "vgg16_relative"):
+        own = errors[errors.surrogate == label]
+        small, large = (own[own.mass_units == units].predicted_volume_error for units in (1, 5))
+        shown = [f"{error.min():+.1%} to {error.max():+.1%}" for error in (small, large)]
+        assert f"`{label}` {shown[0]} (1 unit) and {shown[1]} (5 units)" in text
+        assert small.max() < 0 < large.min()
+    assert f"up to {errors.outside_share.max():.0%} of them are, in `6_thick`" in text
