@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from slurrycast import study
 from slurrycast.tables import read_equilibrium, read_table
 
 
@@ -122,6 +123,13 @@ def test_noise_and_cost(root, reference):
         assert f"`{label}` N^{row.hybrid_exponent:.2f} ± {row.hybrid_exponent_se:.2f}" in text
     assert f"the full DEM N^{row.dem_exponent:.2f} ± {row.dem_exponent_se:.2f}" in text
     assert f"{scaling.training_s['vgg16'] / 60:.0f} min of CPU time" in text
+    alone, with_dem = (
+        scaling[column]["vgg16"] for column in ("slurries_to_pay_training", "slurries_to_pay_training_and_dem")
+    )
+    assert f"paid back after {alone:.0f} new slurries, or {with_dem:.0f} with the DEM" in text
+    ends = read_equilibrium(reference / "reduced" / "tables" / "equilibrium.csv").query("role != 'new'").density_g_cm3
+    assert f"the {len(ends)} slurries" in text
+    assert f"end at {ends.min():.3f} to {ends.max():.3f} g/cm³" in text
 
 
 def test_predicted_volumes(root, reference):
@@ -132,7 +140,10 @@ def test_predicted_volumes(root, reference):
     for label in ("linear", "vgg16"):
         small, large = volume_error[label, "3"], volume_error[label, "6"]
         assert f"`{label}` {small:+.1%} for slurry 3 (1 unit) and {large:+.1%} for slurry 6 (5 units)" in text
-    assert "The study's slurry 6 errs the other way, -19 %" in text
+    volumes = [study.HYBRID_STRUCTURE["6"].volume_um3, study.DEM_STRUCTURE["6"].volume_um3]
+    said = f"The study's slurry 6 errs the other way, {100 * (volumes[0] / volumes[1] - 1):.0f} %"
+    assert said in text
+    assert "{:,} against {:,} µm³".format(*volumes) in text
 
 
 def test_sizes(root, reference):
@@ -148,3 +159,34 @@ def test_sizes(root, reference):
         assert f"`{label}` {shown[0]} (1 unit) and {shown[1]} (5 units)" in text
         assert small.max() < 0 < large.min()
     assert f"up to {errors.outside_share.max():.0%} of them are, in `6_thick`" in text
+
+
+def test_sentences_on_the_results(root, reference):
+    text = one_line(root / "README.md")
+    folder = reference / "reduced"
+    roles = read_equilibrium(folder / "tables" / "equilibrium.csv").set_index("slurry").role
+    skill, errors, front = (
+        read_table(folder / "tables" / f"{name}.csv") for name in ("skill", "structure_errors", "front")
+    )
+    skill, errors, front = (table[table.slurry.map(roles) == "test"] for table in (skill, errors, front))
+    of = skill.groupby("surrogate").skill
+    assert f"worse on every test slurry (skill {of.min()['vgg16']:.2f} to {of.max()['vgg16']:.2f})" in text
+    assert of.max()["vgg16"] < 0
+    assert f"not beyond (skill {of.min()['vgg16_box']:.2f} to {of.max()['vgg16_box']:.2f})" in text
+    assert f"a skill of {of.min()['early_dem_x2']:.2f} to {of.max()['early_dem_x2']:.2f}" in text
+    better = set(of.mean()[of.mean() > 0].index)
+    assert better == {"early_dem_x2", "early_dem_x10", "early_dem_x32"}
+    cost = front.groupby("surrogate").cost_share_of_full_dem.mean()
+    assert f"at {cost['early_dem_x2'] / cost['affine']:.1f} times the cost of `affine`" in text
+    relaxed = errors[errors.stage == "relaxed"]
+    density = relaxed[relaxed.quantity == "density_g_cm3"]
+    density = abs(density.value / density.dem_value - 1).groupby(density.surrogate).max()
+    assert f"every surrogate is within {density.max():.2%} of the DEM's density" in text
+    assert f"the affine map within {density['affine']:.2%} in density" in text
+    rdf = relaxed[relaxed.quantity.str.startswith("rdf_")]
+    assert f"within {(rdf.value / rdf.replica_sd).max():.1f} times the replicas' difference" in text
+    theirs = [
+        abs(hybrid.density_g_cm3 / study.DEM_STRUCTURE[slurry].density_g_cm3 - 1)
+        for slurry, hybrid in study.HYBRID_STRUCTURE.items()
+    ]
+    assert f"reports {100 * sum(theirs) / len(theirs):.1f} % on average and {100 * max(theirs):.0f} %" in text

