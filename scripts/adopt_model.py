@@ -11,15 +11,16 @@ import zipfile
 from pathlib import Path
 
 from slurrycast import surrogates
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, moved_into_place, run_main, write_text
+from slurrycast.files import InputError, moved_into_place, write_text
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help="label under which the model is used")
-    parser.add_argument("--trained", required=True, type=Path, help="in: trained model (.keras)")
+    parser.add_argument("--trained", required=True, type=input_file, help="in: trained model (.keras)")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--model", required=True, help="out: the same model (.keras)")
     parser.add_argument("--history", required=True, help="out: its learning curves (CSV)")

@@ -9,17 +9,19 @@ import argparse
 
 import numpy as np
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.dataset import TrainingSet, split, write_training_set
 from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.files import run_main
 from slurrycast.frames import read_frames
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", required=True, nargs="+", help="in: frame stores of the training slurries")
+    parser = Parser(__doc__)
+    parser.add_argument(
+        "--frames", type=input_file, required=True, nargs="+", help="in: frame stores of the training slurries"
+    )
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--target-frame", required=True, type=int, help="frame number of the target")
     parser.add_argument("--validation-share", required=True, type=float, help="share of the particles, 0 to 1")

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import Cost, read_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.speedup import dem_seconds
 
 
@@ -33,9 +34,11 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--costs", type=Path, nargs="+", required=True, help="in: cost records of all jobs (JSON)")
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every DEM run")
+    parser = Parser(__doc__)
+    parser.add_argument(
+        "--costs", type=input_file, nargs="+", required=True, help="in: cost records of all jobs (JSON)"
+    )
+    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every DEM run")
     parser.add_argument("--input-steps", type=int, required=True, help="DEM step of the last input frame")
     parser.add_argument("--table", type=Path, required=True, help="out: table of costs (CSV)")
     return parser.parse_args()

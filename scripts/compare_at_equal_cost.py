@@ -12,16 +12,17 @@ there, and a note says on which side.
 import argparse
 from pathlib import Path
 
-from slurrycast.files import run_main, write_text
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.files import write_text
 from slurrycast.front import at_equal_cost
 from slurrycast.tables import read_table
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
-    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
+    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
     parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
     return parser.parse_args()
 

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.errors import AXES, coordinate_errors, true_box_errors
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.frames import FrameStore, read_frames
 
 MEASURES = ("mse_um2", "mae_um", "r2")
@@ -39,16 +40,20 @@ def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> lis
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
         "--predicted",
-        type=Path,
+        type=input_file,
         nargs="*",
         default=[],
         help="in: predicted structures (HDF5), none where all slurries are new",
     )
     parser.add_argument(
-        "--frames", type=Path, nargs="*", default=[], help="in: DEM frames (HDF5), one for each --predicted, in order"
+        "--frames",
+        type=input_file,
+        nargs="*",
+        default=[],
+        help="in: DEM frames (HDF5), one for each --predicted, in order",
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of errors (CSV)")

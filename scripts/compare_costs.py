@@ -14,17 +14,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.files import run_main, write_text
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.files import write_text
 from slurrycast.speedup import compare_costs, label_and_steps
 from slurrycast.tables import read_equilibrium, read_table
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="in: run.json of every slurry")
+    parser = Parser(__doc__)
+    parser.add_argument("--cost-table", type=input_file, required=True, help="in: tables/cost.csv")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of every slurry")
     parser.add_argument(
         "--input-steps",
         nargs="+",

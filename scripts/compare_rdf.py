@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.rdf import mean_absolute_difference
 from slurrycast.tables import read_table
 
@@ -39,10 +40,10 @@ def difference_rows(path: Path) -> list[dict]:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
         "--rdf",
-        type=Path,
+        type=input_file,
         nargs="*",
         default=[],
         help="in: curves of slurries with a target (CSV), none where all are new",

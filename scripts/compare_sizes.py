@@ -20,8 +20,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.final_box import scale_of_prediction
 from slurrycast.frames import FrameStore, read_frames
 from slurrycast.size import outside_share, power_law, shrink_time_us
@@ -80,17 +81,27 @@ def volume_errors(predicted: FrameStore, relaxed: FrameStore, dem: FrameStore, l
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
-        "--frames", type=Path, nargs="+", required=True, help="in: DEM frames of the training and predicted slurries"
+        "--frames",
+        type=input_file,
+        nargs="+",
+        required=True,
+        help="in: DEM frames of the training and predicted slurries",
     )
     parser.add_argument(
-        "--run-json", type=Path, nargs="+", required=True, help="in: run.json of slurries run to the end"
+        "--run-json", type=input_file, nargs="+", required=True, help="in: run.json of slurries run to the end"
     )
-    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="in: thermo.csv of the same, in order")
-    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="in: predicted structures (HDF5)")
-    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="in: the same relaxed, in order (HDF5)")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument(
+        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
+    )
+    parser.add_argument(
+        "--predicted", type=input_file, nargs="+", required=True, help="in: predicted structures (HDF5)"
+    )
+    parser.add_argument(
+        "--relaxed", type=input_file, nargs="+", required=True, help="in: the same relaxed, in order (HDF5)"
+    )
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--last-input-frame", type=int, required=True, help="number of the last input frame")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
     parser.add_argument("--table", type=Path, required=True, help="out: table of surrogates and slurries (CSV)")

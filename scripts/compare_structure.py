@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
 from slurrycast.tables import read_table
 
@@ -68,13 +69,13 @@ def _of_dem(results: dict, slurry: str, name: str) -> float | pd.DataFrame:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    files = {"type": Path, "nargs": "*", "default": []}
+    parser = Parser(__doc__)
+    files = {"type": input_file, "nargs": "*", "default": []}
     parser.add_argument("--structure", **files, help="in: quantities of surrogates and slurries (CSV)")
     parser.add_argument("--rdf", **files, help="in: curves (CSV), one file for each --structure, in order")
     parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
     parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
-    parser.add_argument("--noise", type=Path, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
     parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
     parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")

@@ -12,7 +12,8 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast import study
-from slurrycast.files import run_main, write_text
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.files import write_text
 from slurrycast.speedup import HYBRID_PARTS
 from slurrycast.tables import read_equilibrium, read_table
 
@@ -56,9 +57,9 @@ def terms(own: pd.DataFrame) -> pd.DataFrame:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
     return parser.parse_args()
 

@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.equilibrium import equilibrium
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.forcefield import rayleigh_time_us
 from slurrycast.noise import mean_and_sd, rdf_difference
 from slurrycast.recipe import particle_types
@@ -116,11 +117,15 @@ def in_words(row: pd.Series, max_density_difference: float) -> str:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every run")
-    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="in: thermo.csv of the same, in order")
-    parser.add_argument("--structure", type=Path, nargs="+", required=True, help="in: quantities of the same (CSV)")
-    parser.add_argument("--rdf", type=Path, nargs="+", required=True, help="in: curves of the same (CSV)")
+    parser = Parser(__doc__)
+    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every run")
+    parser.add_argument(
+        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
+    )
+    parser.add_argument(
+        "--structure", type=input_file, nargs="+", required=True, help="in: quantities of the same (CSV)"
+    )
+    parser.add_argument("--rdf", type=input_file, nargs="+", required=True, help="in: curves of the same (CSV)")
     parser.add_argument(
         "--max-density-difference",
         type=float,

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.frames import FrameStore, Particles, read_frames
 from slurrycast.rdf import bin_edges_um, radial_distribution
 
@@ -52,10 +53,10 @@ def rdf_table(
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=Path, required=True, help="in: DEM frames of the slurry (HDF5)")
-    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted structure (HDF5)")
-    parser.add_argument("--relaxed", type=Path, required=True, help="in: relaxed structure (HDF5)")
+    parser = Parser(__doc__)
+    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the slurry (HDF5)")
+    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted structure (HDF5)")
+    parser.add_argument("--relaxed", type=input_file, required=True, help="in: relaxed structure (HDF5)")
     parser.add_argument("--target-frame", type=int, help="number of the DEM frame to compare with; omit if it has none")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")

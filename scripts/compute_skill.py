@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.frames import read_frames
 from slurrycast.noise import Noise, final_mse_um2, read_noise, skill
 
@@ -45,12 +46,16 @@ def with_skill(rows: list[dict]) -> pd.DataFrame:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, nargs="*", default=[], help="in: predicted structures (HDF5)")
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, nargs="*", default=[], help="in: predicted structures (HDF5)")
     parser.add_argument(
-        "--frames", type=Path, nargs="*", default=[], help="in: DEM frames (HDF5), one for each --predicted, in order"
+        "--frames",
+        type=input_file,
+        nargs="*",
+        default=[],
+        help="in: DEM frames (HDF5), one for each --predicted, in order",
     )
-    parser.add_argument("--noise", type=Path, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of skills (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")

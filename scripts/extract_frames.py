@@ -8,13 +8,15 @@ provenance.
 
 import argparse
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.frames import Frame, FrameStore, Particles, read_frames, write_frames
 from slurrycast.lammps_dump import DumpFrame, as_frame, read_dump
 from slurrycast.lammps_run import steps_per_frame
@@ -23,10 +25,11 @@ from slurrycast.recipe import sphere_volume_um3
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--dump", required=True, type=Path, help="in: LAMMPS text dump")
-    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--run", required=True, type=Path, help="in: JSON of run_slurry.py")
+    parser = Parser(__doc__)
+    parser.add_argument("--dump", required=True, type=input_file, help="in: LAMMPS text dump")
+    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
+    parser.add_argument("--run", required=True, type=input_file, help="in: JSON of run_slurry.py")
+    parser.add_argument("--work", type=Path, help="work folder of run_slurry.py, removed when the frames are safe")
     parser.add_argument("--frames", required=True, type=Path, help="out: frame store, HDF5")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     return parser.parse_args()
@@ -99,6 +102,8 @@ def main() -> None:
             for frame in frames_of(*expected):
                 check(store, frame)
         cost.particles = len(particles)
+    if args.work:
+        shutil.rmtree(args.work, ignore_errors=True)
     print(f"[{inputs['slurry']}] {run['frames_written']} frames of {cost.particles} particles")
 
 

@@ -17,26 +17,27 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import read_cost
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 from slurrycast.speedup import compare_costs, label_and_steps, scaling
 from slurrycast.tables import read_equilibrium
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
         "--costs",
         nargs="+",
-        type=Path,
+        type=input_file,
         required=True,
         help="in: cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry, "
         "of run_slurry of the training slurries, and of train_surrogate, fit_surrogate, adopt_model, measure_packing "
         "and assemble_dataset as far as there are any",
     )
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=Path, required=True, help="in: run.json of the slurries")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of the slurries")
     parser.add_argument(
         "--input-steps",
         nargs="+",

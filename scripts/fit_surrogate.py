@@ -9,16 +9,16 @@ import json
 from pathlib import Path
 
 from slurrycast import surrogates
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.dataset import read_training_set
-from slurrycast.files import run_main
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument("--dataset", required=True, type=Path, help="in: training set (HDF5)")
+    parser.add_argument("--dataset", required=True, type=input_file, help="in: training set (HDF5)")
     parser.add_argument("--settings", required=True, type=json.loads, help="JSON; linear has none: {}")
     parser.add_argument("--seed", required=True, type=int, help="of whatever the fit draws; linear draws nothing")
     parser.add_argument("--model", required=True, type=Path, help="out: fitted model (JSON)")

@@ -13,15 +13,16 @@ from dataclasses import asdict
 import numpy as np
 
 from slurrycast import recipe
+from slurrycast.command_line import Parser, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 from slurrycast.forcefield import coefficients, push_off_coefficients
 from slurrycast.lammps_data import write_data
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--slurry", required=True, help="id of the slurry")
     parser.add_argument("--physics", required=True, type=json.loads, help="JSON as described above")
     parser.add_argument("--data", required=True, help="out: LAMMPS data file")

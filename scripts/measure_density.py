@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 from slurrycast.frames import FrameStore, read_frames
 
 
@@ -28,15 +29,15 @@ def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> di
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
         "--frames",
-        type=Path,
+        type=input_file,
         nargs="*",
         default=[],
         help="in: DEM frames of slurries run to the end (HDF5), none where all are new",
     )
-    parser.add_argument("--relaxed", type=Path, nargs="+", required=True, help="in: relaxed structures (HDF5)")
+    parser.add_argument("--relaxed", type=input_file, nargs="+", required=True, help="in: relaxed structures (HDF5)")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
     parser.add_argument("--table", type=Path, required=True, help="out: table of densities and volumes (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.equilibrium import equilibrium
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 
 
 def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:
@@ -48,9 +49,11 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every slurry")
-    parser.add_argument("--thermo", type=Path, nargs="+", required=True, help="in: thermo.csv of the same, in order")
+    parser = Parser(__doc__)
+    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every slurry")
+    parser.add_argument(
+        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
+    )
     parser.add_argument("--roles", nargs="+", required=True, help="train, validation, test or new; in the same order")
     parser.add_argument("--max-density-drift", type=float, required=True, help="relative drift above which to warn")
     parser.add_argument("--table", type=Path, required=True, help="out: table of all slurries (CSV)")

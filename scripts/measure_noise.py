@@ -13,8 +13,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.frames import read_frames
 from slurrycast.noise import COLUMNS, FLOOR, RDF_PREFIX, final_mse_um2, mean_and_sd, rdf_spread, replicated_slurry
 from slurrycast.tables import read_table
@@ -52,12 +53,20 @@ def twin_row(twin_path: Path, dem_path: Path, target_frame: int) -> dict:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--structure", type=Path, nargs="+", required=True, help="in: quantities of all replicas (CSV)")
-    parser.add_argument("--rdf", type=Path, nargs="+", required=True, help="in: curves of the same replicas (CSV)")
-    parser.add_argument("--twins", type=Path, nargs="+", required=True, help="in: ends of the twins (HDF5)")
+    parser = Parser(__doc__)
     parser.add_argument(
-        "--frames", type=Path, nargs="+", required=True, help="in: DEM frames (HDF5), one for each of --twins, in order"
+        "--structure", type=input_file, nargs="+", required=True, help="in: quantities of all replicas (CSV)"
+    )
+    parser.add_argument(
+        "--rdf", type=input_file, nargs="+", required=True, help="in: curves of the same replicas (CSV)"
+    )
+    parser.add_argument("--twins", type=input_file, nargs="+", required=True, help="in: ends of the twins (HDF5)")
+    parser.add_argument(
+        "--frames",
+        type=input_file,
+        nargs="+",
+        required=True,
+        help="in: DEM frames (HDF5), one for each of --twins, in order",
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of the noise (CSV)")

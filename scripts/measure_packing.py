@@ -10,17 +10,18 @@ import json
 
 import numpy as np
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 from slurrycast.frames import read_frames
 from slurrycast.recipe import sphere_volume_um3
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--frames", nargs="+", help="in: frame stores of the training slurries")
+    source.add_argument("--frames", type=input_file, nargs="+", help="in: frame stores of the training slurries")
     source.add_argument("--given", type=float, help="a packing fraction to be used as it is")
     parser.add_argument("--target-frame", type=int, help="number of the frame that is measured")
     parser.add_argument("--packing", required=True, help="out: packing fractions, JSON")

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import run_main, write_text
+from slurrycast.files import write_text
 from slurrycast.frames import FrameStore, read_frames
 from slurrycast.rdf import bin_edges_um
 from slurrycast.structure import radial_distributions, structure_measures
@@ -41,11 +42,11 @@ def tables_of(store: FrameStore, frame: int, stage: str, cutoff_um: float, bins:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--dem", type=Path, help="in: DEM frames of the slurry (HDF5), with --target-frame")
+    parser = Parser(__doc__)
+    parser.add_argument("--dem", type=input_file, help="in: DEM frames of the slurry (HDF5), with --target-frame")
     parser.add_argument("--target-frame", type=int, help="number of the DEM frame to measure")
-    parser.add_argument("--predicted", type=Path, help="in: predicted structure (HDF5), with --relaxed")
-    parser.add_argument("--relaxed", type=Path, help="in: relaxed structure (HDF5)")
+    parser.add_argument("--predicted", type=input_file, help="in: predicted structure (HDF5), with --relaxed")
+    parser.add_argument("--relaxed", type=input_file, help="in: relaxed structure (HDF5)")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
     parser.add_argument("--structure", type=Path, required=True, help="out: quantities (CSV)")

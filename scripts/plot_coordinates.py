@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.errors import CoordinateError, coordinate_errors
 from slurrycast.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.files import run_main
 from slurrycast.frames import FrameStore, Particles, read_frames
 
 
@@ -75,10 +75,12 @@ def draw_coordinates(
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of --predicted")
-    parser.add_argument("--predicted", type=Path, nargs="+", required=True, help="in: predicted.h5 (one frame) of each")
-    parser.add_argument("--frames", type=Path, required=True, help="in: DEM frames of the same slurry")
+    parser.add_argument(
+        "--predicted", type=input_file, nargs="+", required=True, help="in: predicted.h5 (one frame) of each"
+    )
+    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the same slurry")
     parser.add_argument("--target-frame", type=int, required=True, help="frame that was predicted")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()

@@ -13,8 +13,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.speedup import HYBRID_PARTS, time_unit
 from slurrycast.tables import read_table
 
@@ -78,8 +79,8 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="names in the table, one panel each")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()

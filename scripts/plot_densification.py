@@ -17,8 +17,8 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import INK, PREDICTED, new_figure, save_figure
-from slurrycast.files import run_main
 from slurrycast.tables import read_equilibrium
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
@@ -70,10 +70,10 @@ def draw_densification(
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --thermo")
-    parser.add_argument("--thermo", nargs="+", type=Path, required=True, help="in: thermo.csv of each slurry")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--thermo", nargs="+", type=input_file, required=True, help="in: thermo.csv of each slurry")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--input-frames", nargs="+", type=int, required=True, help="frames given to the surrogate")
     parser.add_argument("--frame-interval-us", type=float, required=True, help="time between two frames in us")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")

@@ -14,8 +14,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast import study
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
-from slurrycast.files import run_main
 from slurrycast.tables import read_table
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
@@ -74,8 +74,8 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv (g/cm3)")
+    parser = Parser(__doc__)
+    parser.add_argument("--density", type=input_file, required=True, help="in: tables/density_volume.csv (g/cm3)")
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels in the table, in the order of drawing")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that went through the hybrid chain")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")

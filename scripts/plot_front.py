@@ -21,8 +21,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours, surrogate_family
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.front import equilibrium_share, mean_front, on_front, replica_band
 from slurrycast.noise import BAND_SDS
 from slurrycast.tables import read_equilibrium, read_table
@@ -146,11 +147,11 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
-    parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
+    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 

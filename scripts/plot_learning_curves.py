@@ -12,8 +12,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import TRAINING, VALIDATION, new_figure, note, save_figure
-from slurrycast.files import run_main
 
 MEASURES = (
     ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),
@@ -47,8 +47,8 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--history", type=Path, required=True, help="in: history.csv of the surrogate")
+    parser = Parser(__doc__)
+    parser.add_argument("--history", type=input_file, required=True, help="in: history.csv of the surrogate")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 

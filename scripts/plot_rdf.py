@@ -15,8 +15,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import DEM, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.files import run_main
 from slurrycast.tables import read_table
 
 COLUMNS = 4
@@ -83,11 +83,13 @@ def draw_rdf(
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of drawing")
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of drawing")
-    parser.add_argument("--rdf", nargs="+", type=Path, required=True, help="in: curves (CSV, r in um), in any order")
-    parser.add_argument("--rdf-errors", type=Path, required=True, help="in: tables/rdf_errors.csv")
+    parser.add_argument(
+        "--rdf", nargs="+", type=input_file, required=True, help="in: curves (CSV, r in um), in any order"
+    )
+    parser.add_argument("--rdf-errors", type=input_file, required=True, help="in: tables/rdf_errors.csv")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 

@@ -18,8 +18,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from slurrycast import study
+from slurrycast.command_line import Parser, named_file, run_main
 from slurrycast.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.tables import read_table
 
 MARKERS = "osD^vP*X"
@@ -71,21 +72,13 @@ def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
     return figure
 
 
-def named_table(text: str) -> tuple[str, Path]:
-    """Take `name=path` apart."""
-    name, equals, path = text.partition("=")
-    if not (name and equals and path):
-        raise argparse.ArgumentTypeError(f"{text!r} is not name=path")
-    return name, Path(path)
-
-
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument(
         "--tables",
         nargs="+",
-        type=named_table,
+        type=named_file,
         required=True,
         metavar="NAME=PATH",
         help="in: tables/size_errors.csv of each run, with the name that its panel gets",

@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.tables import read_table
 
 MEDIAN = "#b9c2ca"
@@ -53,8 +54,8 @@ def draw_skill(skill: pd.DataFrame) -> Figure:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 

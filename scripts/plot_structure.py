@@ -13,8 +13,8 @@ import pandas as pd
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import INK, RELAXED, new_figure, note, save_figure
-from slurrycast.files import run_main
 from slurrycast.tables import read_table
 from slurrycast.verdicts import deviations, quantity_name
 
@@ -53,8 +53,8 @@ def draw_structure(mean_in_sd: pd.DataFrame) -> Figure:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that means run over")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()

@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import DEM, FAINT, RELAXED, new_figure, save_figure
-from slurrycast.files import run_main
 from slurrycast.tables import read_equilibrium, read_table
 
 PANELS = {
@@ -74,10 +74,10 @@ def draw_timesteps(
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=Path, required=True, help="in: tables/timestep.csv")
-    parser.add_argument("--summary", type=Path, required=True, help="in: tables/timestep_summary.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--runs", type=input_file, required=True, help="in: tables/timestep.csv")
+    parser.add_argument("--summary", type=input_file, required=True, help="in: tables/timestep_summary.csv")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--max-density-difference", type=float, required=True, help="as given to compare_timesteps.py")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()

@@ -17,8 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import INK, new_figure, save_figure
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 
 # part of the workflow by the verb that a rule's name starts with
 PARTS = {
@@ -209,8 +210,8 @@ def draw_workflow(parents: dict[str, set[str]]) -> Figure:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rulegraph", type=Path, required=True, help="in: DOT file from `snakemake --rulegraph`")
+    parser = Parser(__doc__)
+    parser.add_argument("--rulegraph", type=input_file, required=True, help="in: DOT file from `snakemake --rulegraph`")
     parser.add_argument("--hide", nargs="*", default=["all"], help="rules that are not stages (default: all)")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()

@@ -7,41 +7,43 @@ The rule and its scale are attributes of the file.
 """
 
 import argparse
+import contextlib
 import json
-import shutil
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 
 from slurrycast import final_box, surrogates
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, RunError, run_main
+from slurrycast.files import InputError, RunError
 from slurrycast.frames import Frame, FrameStore, read_frames, write_frames
 from slurrycast.lammps_run import Launcher
 from slurrycast.periodic import to_scaled
 from slurrycast.recipe import sphere_volume_um3
 from slurrycast.surrogates.question import Continuation, Question
+from slurrycast.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
     parser.add_argument("--settings", required=True, type=json.loads, help="JSON: the surrogate's settings")
-    parser.add_argument("--frames", required=True, help="in: frame store of the slurry")
+    parser.add_argument("--frames", type=input_file, required=True, help="in: frame store of the slurry")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--target-frame", required=True, type=int, help="frame number that the prediction stands for")
     parser.add_argument("--predicted", required=True, help="out: predicted microstructure, HDF5")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     learned = parser.add_argument_group("of a surrogate that learned")
-    learned.add_argument("--model", type=Path, help="in: trained or fitted model")
+    learned.add_argument("--model", type=input_file, help="in: trained or fitted model")
     box = parser.add_argument_group("of one that takes its box from the training slurries")
-    box.add_argument("--packing", type=Path, help="in: JSON of measure_packing.py")
+    box.add_argument("--packing", type=input_file, help="in: JSON of measure_packing.py")
     going_on = parser.add_argument_group("of one that goes on with the DEM")
-    going_on.add_argument("--restart", type=Path, help="in: LAMMPS restart file of the last input frame")
-    going_on.add_argument("--inputs", type=Path, help="in: JSON of generate_inputs.py")
-    going_on.add_argument("--coefficients", type=Path, help="in: pair_coeff lines of the real forces")
+    going_on.add_argument("--restart", type=input_file, help="in: LAMMPS restart file of the last input frame")
+    going_on.add_argument("--inputs", type=input_file, help="in: JSON of generate_inputs.py")
+    going_on.add_argument("--coefficients", type=input_file, help="in: pair_coeff lines of the real forces")
     going_on.add_argument("--work", type=Path, help="work folder; kept with the logs if LAMMPS fails")
     going_on.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
     going_on.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
@@ -74,8 +76,6 @@ def question_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameSt
         last_um = frames[-1].edges_um
         final_edges_um = last_um * final_box.scale_to_packing_fraction(packing_fraction, particles_um3, last_um)
     if surrogate.CONTINUES_DEM:
-        shutil.rmtree(args.work, ignore_errors=True)
-        args.work.mkdir(parents=True)
         launcher = Launcher(args.executable, args.launcher, args.ranks)
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
         continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
@@ -94,7 +94,8 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     surrogate = surrogates.load(label.name)
-    with read_frames(args.frames) as store:
+    working = work_folder(args.work) if surrogate.CONTINUES_DEM else contextlib.nullcontext()
+    with read_frames(args.frames) as store, working:
         slurry = str(store.attributes["slurry"])
         with measured_cost(args.cost, "predict_slurry", args.surrogate, slurry) as cost:
             cost.particles = len(store.particles)
@@ -139,8 +140,6 @@ def main() -> None:
                 "input_frames": args.input_frames,
             }
             write_frames(args.predicted, store.particles, [frame], attributes)
-    if surrogate.CONTINUES_DEM:
-        shutil.rmtree(args.work)
     print(
         f"[{slurry}] {args.surrogate}: box {' x '.join(f'{edge:.3f}' for edge in edges_um)} um ({surrogate.BOX_RULE})"
     )

@@ -13,21 +13,27 @@ import json
 import shutil
 from pathlib import Path
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import moved_into_place, run_main
+from slurrycast.files import moved_into_place
 from slurrycast.frames import read_frames, write_frames
 from slurrycast.lammps_dump import as_frame, read_dump
 from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+from slurrycast.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--wrapped", required=True, help="in: LAMMPS data file of the wrapped prediction")
-    parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
-    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--coefficients", required=True, help="in: pair_coeff lines of the real forces")
-    parser.add_argument("--push-off", required=True, help="in: pair_coeff lines of the soft push-off")
+    parser = Parser(__doc__)
+    parser.add_argument(
+        "--wrapped", type=input_file, required=True, help="in: LAMMPS data file of the wrapped prediction"
+    )
+    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted microstructure, HDF5")
+    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
+    parser.add_argument(
+        "--coefficients", type=input_file, required=True, help="in: pair_coeff lines of the real forces"
+    )
+    parser.add_argument("--push-off", type=input_file, required=True, help="in: pair_coeff lines of the soft push-off")
     parser.add_argument(
         "--settings",
         required=True,
@@ -59,10 +65,8 @@ def main() -> None:
         "thermo_every_steps": max(1, steps // 10),
     }
     launcher = Launcher(args.executable, args.launcher, args.ranks)
-    work = args.work
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
-    with read_frames(args.predicted) as store:
+    with read_frames(args.predicted) as store, work_folder(args.work) as folder:
+        work = folder.path
         slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
         with measured_cost(args.cost, "relax_slurry", surrogate, slurry) as cost:
             for name, source in (
@@ -86,7 +90,6 @@ def main() -> None:
             with moved_into_place(args.relaxed_data) as part:
                 shutil.copyfile(work / "relaxed.data", part)
             cost.particles, cost.steps = len(store.particles), steps
-    shutil.rmtree(work)
     with read_frames(args.relaxed) as relaxed:
         print(f"[{slurry}] {surrogate}: relaxed to {relaxed.density_g_cm3(relaxed.last):.4f} g/cm3")
 

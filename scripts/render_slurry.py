@@ -24,8 +24,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.files import run_main
 from slurrycast.frames import Particles, read_frames
 from slurrycast.periodic import wrap
 
@@ -189,10 +189,10 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", type=Path, required=True, help="in: predicted.h5 (one frame)")
-    parser.add_argument("--relaxed", type=Path, required=True, help="in: relaxed.h5 (one frame)")
-    parser.add_argument("--frames", type=Path, help="in: DEM frames with the target; leave out for a new slurry")
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted.h5 (one frame)")
+    parser.add_argument("--relaxed", type=input_file, required=True, help="in: relaxed.h5 (one frame)")
+    parser.add_argument("--frames", type=input_file, help="in: DEM frames with the target; leave out for a new slurry")
     parser.add_argument("--target-frame", type=int, help="frame of --frames that was predicted")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     args = parser.parse_args()

@@ -10,24 +10,27 @@ length between plus and minus --displacement-um; its seed follows from that of t
 
 import argparse
 import json
-import shutil
 from pathlib import Path
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, run_main
+from slurrycast.files import InputError
 from slurrycast.frames import read_frames, write_frames
 from slurrycast.lammps_dump import as_frame, read_dump
 from slurrycast.lammps_run import Launcher, Progress, continue_dem, steps_per_frame
 from slurrycast.recipe import derived_seed
+from slurrycast.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--restart", required=True, type=Path, help="in: LAMMPS restart file of --first-frame")
-    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--coefficients", required=True, type=Path, help="in: pair_coeff lines of the real forces")
-    parser.add_argument("--frames", required=True, help="in: DEM frames of the slurry, HDF5")
+    parser = Parser(__doc__)
+    parser.add_argument("--restart", required=True, type=input_file, help="in: LAMMPS restart file of --first-frame")
+    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
+    parser.add_argument(
+        "--coefficients", required=True, type=input_file, help="in: pair_coeff lines of the real forces"
+    )
+    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the slurry, HDF5")
     parser.add_argument("--first-frame", required=True, type=int, help="number of the frame that the twin starts from")
     parser.add_argument("--target-frame", required=True, type=int, help="number of the frame at which the twin ends")
     parser.add_argument("--displacement-um", required=True, type=float, help="longest displacement of a coordinate, um")
@@ -49,9 +52,11 @@ def main() -> None:
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
     first, last = (frame * steps_per_frame(dem) for frame in (args.first_frame, args.target_frame))
-    shutil.rmtree(args.work, ignore_errors=True)
-    args.work.mkdir(parents=True)
-    with measured_cost(args.cost, "run_twin", slurry=slurry) as cost, read_frames(args.frames) as store:
+    with (
+        work_folder(args.work),
+        measured_cost(args.cost, "run_twin", slurry=slurry) as cost,
+        read_frames(args.frames) as store,
+    ):
         log = continue_dem(
             Launcher(args.executable, args.launcher, args.ranks),
             inputs,
@@ -82,7 +87,6 @@ def main() -> None:
         frame = as_frame(end, args.target_frame, dem["timestep_us"])
         write_frames(args.twin, store.particles, [frame], attributes)
         cost.particles, cost.steps = len(store.particles), last - first
-    shutil.rmtree(args.work)
     print(f"[{slurry}] twin from frame {args.first_frame} to {args.target_frame}")
 
 

@@ -20,9 +20,10 @@ import numpy as np
 import pandas as pd
 
 from slurrycast import surrogates
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.dataset import TrainingSet, read_training_set
-from slurrycast.files import InputError, run_main, write_text
+from slurrycast.files import InputError, write_text
 from slurrycast.surrogates import vgg16, vgg16_box
 from slurrycast.tables import read_table
 
@@ -35,13 +36,13 @@ COLUMNS = (
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--surrogates", required=True, nargs="+", help="labels of vgg16 and vgg16_box, in rows' order")
     parser.add_argument(
-        "--histories", required=True, nargs="+", type=Path, help="in: learning curves (CSV), one for each of them"
+        "--histories", required=True, nargs="+", type=input_file, help="in: learning curves (CSV), one for each of them"
     )
-    parser.add_argument("--dataset", required=True, type=Path, help="in: training set (HDF5)")
-    parser.add_argument("--skill", required=True, type=Path, help="in: tables/skill.csv")
+    parser.add_argument("--dataset", required=True, type=input_file, help="in: training set (HDF5)")
+    parser.add_argument("--skill", required=True, type=input_file, help="in: tables/skill.csv")
     parser.add_argument(
         "--roles", required=True, type=json.loads, help="JSON: role of each slurry in the table of skill"
     )

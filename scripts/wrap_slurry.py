@@ -6,10 +6,9 @@ Out: a LAMMPS data file with every particle inside the box.
 
 import argparse
 import json
-from pathlib import Path
 
+from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
-from slurrycast.files import run_main
 from slurrycast.frames import read_frames
 from slurrycast.lammps_data import write_data
 from slurrycast.periodic import wrap
@@ -18,9 +17,9 @@ from slurrycast.recipe import particle_types
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--predicted", required=True, help="in: predicted microstructure, HDF5")
-    parser.add_argument("--inputs", required=True, type=Path, help="in: JSON of generate_inputs.py")
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted microstructure, HDF5")
+    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
     parser.add_argument("--wrapped", required=True, help="out: LAMMPS data file")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     return parser.parse_args()

@@ -14,7 +14,8 @@ import pandas as pd
 import yaml
 
 from slurrycast import surrogates
-from slurrycast.files import run_main, write_text
+from slurrycast.command_line import Parser, input_file, named_file, run_main
+from slurrycast.files import write_text
 from slurrycast.network_table import read_network
 from slurrycast.report import Results, report_html
 from slurrycast.tables import read_equilibrium, read_table
@@ -26,14 +27,6 @@ def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
     return {content["slurry"]: content for content in contents}
 
 
-def labelled_path(text: str) -> tuple[str, Path]:
-    """Take `label=path` apart."""
-    label, equals, path = text.partition("=")
-    if not (label and equals and path):
-        raise argparse.ArgumentTypeError(f"{text!r} is not label=path")
-    return label, Path(path)
-
-
 def described(label: str) -> tuple[str, str]:
     """What the surrogate `label` looks at, and its rule for the final box, in words."""
     module = surrogates.load(surrogates.parse(label).name)
@@ -42,22 +35,22 @@ def described(label: str) -> tuple[str, str]:
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--config", type=Path, required=True, help="in: config.yaml of the run")
-    parser.add_argument("--versions", type=Path, required=True, help="in: versions.json of the run")
-    parser.add_argument("--inputs", type=Path, nargs="+", required=True, help="in: inputs.json of every slurry")
-    parser.add_argument("--run-json", type=Path, nargs="+", required=True, help="in: run.json of every slurry")
-    parser.add_argument("--density", type=Path, required=True, help="in: tables/density_volume.csv")
-    parser.add_argument("--coordinate-errors", type=Path, required=True, help="in: tables/coordinate_errors.csv")
-    parser.add_argument("--rdf-errors", type=Path, required=True, help="in: tables/rdf_errors.csv")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--cost-table", type=Path, required=True, help="in: tables/cost.csv")
-    parser.add_argument("--speedup", type=Path, required=True, help="in: tables/speedup.csv")
+    parser = Parser(__doc__)
+    parser.add_argument("--config", type=input_file, required=True, help="in: config.yaml of the run")
+    parser.add_argument("--versions", type=input_file, required=True, help="in: versions.json of the run")
+    parser.add_argument("--inputs", type=input_file, nargs="+", required=True, help="in: inputs.json of every slurry")
+    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every slurry")
+    parser.add_argument("--density", type=input_file, required=True, help="in: tables/density_volume.csv")
+    parser.add_argument("--coordinate-errors", type=input_file, required=True, help="in: tables/coordinate_errors.csv")
+    parser.add_argument("--rdf-errors", type=input_file, required=True, help="in: tables/rdf_errors.csv")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--cost-table", type=input_file, required=True, help="in: tables/cost.csv")
+    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of columns")
-    labelled = {"type": labelled_path, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
+    labelled = {"type": named_file, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
     parser.add_argument("--models", **labelled, help="in: model.keras of the surrogates that have one")
     parser.add_argument("--histories", **labelled, help="in: history.csv of the same surrogates")
-    parser.add_argument("--figures", type=Path, nargs="+", required=True, help="in: figures (PNG)")
+    parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
     parser.add_argument("--report", type=Path, required=True, help="out: report.html")
     return parser.parse_args()
 

@@ -8,30 +8,31 @@ Out: yardsticks.html with embedded images. Units are those of the tables' column
 import argparse
 from pathlib import Path
 
-from slurrycast.files import run_main, write_text
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.files import write_text
 from slurrycast.tables import read_equilibrium, read_table
 from slurrycast.yardstick_report import Yardsticks, yardsticks_html
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--run", required=True, help="name of the run, for the title")
     parser.add_argument("--networks", nargs="*", default=[], help="labels to hold against affine and early_dem")
     parser.add_argument(
         "--density-bar", type=float, required=True, help="largest density error, as a share of the DEM's"
     )
     parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
-    parser.add_argument("--equilibrium", type=Path, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--skill", type=Path, required=True, help="in: tables/skill.csv")
-    parser.add_argument("--noise", type=Path, required=True, help="in: tables/noise.csv")
-    parser.add_argument("--structure-errors", type=Path, required=True, help="in: tables/structure_errors.csv")
-    parser.add_argument("--front", type=Path, required=True, help="in: tables/front.csv")
-    parser.add_argument("--equal-cost", type=Path, required=True, help="in: tables/equal_cost.csv")
-    parser.add_argument("--cost-scaling", type=Path, required=True, help="in: tables/cost_scaling.csv")
-    parser.add_argument("--study-costs", type=Path, required=True, help="in: tables/study_costs.csv")
-    parser.add_argument("--ablation", type=Path, help="in: tables/ablation.csv, where the run has one")
-    parser.add_argument("--figures", type=Path, nargs="+", required=True, help="in: figures (PNG)")
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
+    parser.add_argument("--noise", type=input_file, required=True, help="in: tables/noise.csv")
+    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
+    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
+    parser.add_argument("--equal-cost", type=input_file, required=True, help="in: tables/equal_cost.csv")
+    parser.add_argument("--cost-scaling", type=input_file, required=True, help="in: tables/cost_scaling.csv")
+    parser.add_argument("--study-costs", type=input_file, required=True, help="in: tables/study_costs.csv")
+    parser.add_argument("--ablation", type=input_file, help="in: tables/ablation.csv, where the run has one")
+    parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
     parser.add_argument("--page", type=Path, required=True, help="out: yardsticks.html")
     return parser.parse_args()
 

@@ -75,6 +75,7 @@ def dem_command(command) -> Callable[..., list[str]]:
             thermo=outputs / "thermo.csv",
             run=outputs / "run.json",
             cost=outputs / "run_cost.json",
+            attempts=outputs / "attempts",
         )
 
     return build
@@ -97,7 +98,13 @@ def slurry(tmp_path_factory, command, dem_command) -> Path:
     for words in (
         command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "cost.json"),
         dem_command(folder, folder, 120),
-        command("extract_frames", dump=folder / "dump.lammpstrj", **extracted, cost=folder / "cost.json"),
+        command(
+            "extract_frames",
+            dump=folder / "dump.lammpstrj",
+            **extracted,
+            cost=folder / "cost.json",
+            work=folder / "work",
+        ),
     ):
         subprocess.run(words, check=True)
     return folder

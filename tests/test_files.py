@@ -1,8 +1,20 @@
-"""Outputs that appear whole or not at all, and errors on one line."""
+"""Outputs that appear whole or not at all, and whose damage is noticed."""
+
+import os
+import shutil
+import socket
+import subprocess
+from pathlib import Path
 
 import pytest
 
-from slurrycast.files import InputError, RunError, moved_into_place, run_main, write_text
+from slurrycast import files
+from slurrycast.files import CHECKSUMS, InputError, check_unchanged, moved_into_place, write_text
+
+
+def visible(folder: Path) -> list[str]:
+    """What is in a folder beside the checksums."""
+    return [path.name for path in folder.iterdir() if path.name != CHECKSUMS]
 
 
 def test_output_appears_at_the_end_and_whole(tmp_path):
@@ -14,7 +26,7 @@ def test_output_appears_at_the_end_and_whole(tmp_path):
         assert part.suffix == ".csv"
         part.write_text("whole")
     assert place.read_text() == "whole"
-    assert [path.name for path in place.parent.iterdir()] == ["table.csv"]
+    assert visible(place.parent) == ["table.csv"]
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
@@ -25,7 +37,7 @@ def test_earlier_output_survives_a_failure(tmp_path, error):
         part.write_text("half")
         raise error
     assert place.read_text() == "earlier"
-    assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+    assert visible(tmp_path) == ["table.csv"]
 
 
 def test_block_that_writes_nothing_is_an_error_and_leaves_the_earlier_output(tmp_path):
@@ -50,19 +62,67 @@ def test_text_is_utf8(tmp_path):
     assert (tmp_path / "a.txt").read_bytes() == "µm³".encode()
 
 
-@pytest.mark.parametrize("error", [InputError, RunError])
-def test_bad_input_and_failed_runs_end_with_one_line(error):
-    def main():
-        raise error("a.h5: frame 9 is not in the file")
-
-    with pytest.raises(SystemExit) as exit_:
-        run_main(main)
-    assert exit_.value.code == "error: a.h5: frame 9 is not in the file"  # a text as code: printed, exit code 1
+def flipped(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
 
 
-def test_other_errors_keep_their_traceback():
-    def main():
-        raise ZeroDivisionError
+def test_checksum_is_that_of_sha256sum(tmp_path):
+    write_text(tmp_path / "a table.csv", "µm³")
+    check = ["sha256sum", "--check", f"{CHECKSUMS}/a table.csv.sha256"]
+    assert subprocess.run(check, cwd=tmp_path, capture_output=True, text=True).stdout == "a table.csv: OK\n"
 
-    with pytest.raises(ZeroDivisionError):
-        run_main(main)
+
+@pytest.mark.parametrize("damage", [flipped, lambda path: path.write_text("µ"), lambda path: path.write_text("")])
+def test_damage_is_refused_with_the_name(tmp_path, damage):
+    place = tmp_path / "a.csv"
+    write_text(place, "µm³")
+    check_unchanged(place)
+    damage(place)
+    with pytest.raises(InputError) as error:
+        check_unchanged(place)
+    assert str(error.value) == (
+        f"{place}: not what was written there, it is damaged or was edited (sha256 differs from "
+        f"{tmp_path / CHECKSUMS / 'a.csv.sha256'}): delete it, and the workflow makes it anew"
+    )
+    write_text(place, "new")
+    check_unchanged(place)
+
+
+def test_file_of_unknown_origin_passes_and_a_missing_one_does_not(tmp_path):
+    (tmp_path / "a.csv").touch()
+    check_unchanged(tmp_path / "a.csv")
+    for missing in (tmp_path / "b.csv", tmp_path):
+        with pytest.raises(InputError, match=f"{missing}: no such file"):
+            check_unchanged(missing)
+
+
+def test_kill_between_file_and_checksum_leaves_neither_with_the_other_of_before(tmp_path, monkeypatch):
+    place = tmp_path / "a.csv"
+    write_text(place, "earlier")
+    moves = []
+
+    def killed(source, target):
+        moves.append(target)
+        if len(moves) == 2:
+            raise KeyboardInterrupt
+        shutil.move(source, target)
+
+    monkeypatch.setattr(files.os, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write_text(place, "new")
+    assert place.read_text() == "new"
+    check_unchanged(place)
+
+
+def test_what_a_killed_process_left_half_written_is_removed_by_the_next(tmp_path):
+    dead = subprocess.Popen(["true"])
+    dead.wait()
+    here = socket.gethostname()
+    left = {pid: tmp_path / f".a[1].{here}-{pid}.part.csv" for pid in (dead.pid, os.getppid())}
+    elsewhere = tmp_path / f".a[1].another-node-{dead.pid}.part.csv"
+    for path in (*left.values(), elsewhere):
+        path.write_text("half")
+    write_text(tmp_path / "a[1].csv", "whole")
+    assert sorted(visible(tmp_path)) == sorted(["a[1].csv", left[os.getppid()].name, elsewhere.name])

@@ -91,6 +91,30 @@ def test_restart_files_hold_the_whole_state(folder, variables, tmp_path, monkeyp
         np.testing.assert_allclose(frame.edges_um, expected.edges_um, rtol=1e-12)
 
 
+def test_potential_energy_after_a_restart(folder, variables, tmp_path, monkeypatch):
+    """250 steps on, as in one process; not so if the contact history is lost."""
+    script, start = ((lammps_run.SCRIPTS / name).read_text() for name in ("slurry.lmp", "start.lmp"))
+    pair_style = start[start.index("pair_style") : start.index("include")]
+    script = script.replace("thermo_style    custom step", "thermo_style    custom step pe")
+    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+
+    def potential_energy_fj(text: str, first: int) -> float:
+        (tmp_path / "slurry.lmp").write_text(text)
+        log = segment(folder, variables, first, 3300)
+        assert log.thermo[-1, 0] == 3300
+        return log.thermo[-1, log.columns.index("PotEng")]
+
+    stopped = script.replace("run             ${to} upto", "run 3050 upto\nrun 3300 upto")
+    expected = potential_energy_fj(stopped, 3000)
+    (tmp_path / "slurry.lmp").write_text(script)
+    segment(folder, variables, 3000, 3050)
+    assert potential_energy_fj(script, 3050) == pytest.approx(expected, rel=1e-8)
+    assert "Unused restart file" not in (folder / "segment_3300.log").read_text()
+
+    forgetful = script.replace("include ", f"{pair_style}\ninclude ", 1)
+    assert potential_energy_fj(forgetful, 3050) != pytest.approx(expected, rel=1e-8)
+
+
 def test_frames_of_a_segment_start_after_the_last_one_of_the_segment_before(folder, variables):
     segment(folder, variables, 3000, 3100)
     assert [frame.step for frame in read_dump(folder / "frames_3100.dump")] == [3050, 3100]

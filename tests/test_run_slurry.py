@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -42,7 +43,6 @@ def assert_same_results(folder: Path, expected: Path) -> None:
     for timing in ("segments", "start"):
         assert len(run.pop(timing)) == len(expected_run.pop(timing))
     assert run == expected_run
-    assert not (folder / "work").exists()
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_boundaries(frame_steps, last_frame, segment_frames, restart_frames, ste
     assert boundaries(frame_steps, last_frame, segment_frames, restart_frames) == steps
 
 
-def test_outputs_are_complete_and_the_work_folder_is_gone(slurry):
+def test_outputs_are_complete_and_extract_frames_removed_the_work_folder(slurry):
     assert [frame.step for frame in read_dump(slurry / "dump.lammpstrj")] == list(range(0, 6001, 50))
     assert not (slurry / "work").exists()
     run = json.loads((slurry / "run.json").read_text())
@@ -137,7 +137,6 @@ def test_slurry_that_ends_early_equals_the_start_of_the_whole_run(slurry, tmp_pa
         assert (tmp_path / name).read_bytes() == (slurry / name).read_bytes()
     run = json.loads((tmp_path / "run.json").read_text())
     assert (run["steps"], run["frames_written"]) == (500, 11)
-    assert not work.exists()
 
 
 def killed(command: list[str], milestone: Path, everything: bool) -> None:
@@ -155,13 +154,125 @@ def test_killed_run_goes_on_and_ends_with_the_same_numbers(slurry, tmp_path, dem
     """With the script alone killed, its LAMMPS lives on for a moment, beside the one that the next start begins."""
     command = dem_command(slurry, tmp_path, 120)
     killed(command, tmp_path / "work" / "step_500.restart", everything)
-    assert [path.name for path in tmp_path.iterdir()] == ["work"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["attempts", "work"]
     result = subprocess.run(command, check=True, capture_output=True, text=True)
     assert "goes on from step" in result.stdout
     assert_same_results(tmp_path, slurry)
     run, cost = (json.loads((tmp_path / name).read_text()) for name in ("run.json", "run_cost.json"))
     for clock in ("wall_s", "cpu_s"):  # of both attempts
         assert cost[clock] > run["start"][clock] + sum(segment[clock] for segment in run["segments"])
+    first, second = (tmp_path / "attempts" / f"attempt_{n}.log" for n in (1, 2))
+    assert "done: " in second.read_text() and "done: " not in first.read_text()
+    assert all(
+        re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d on \S+, pid \d+\n", log.read_text()) for log in (first, second)
+    )
+
+
+@pytest.fixture(scope="module")
+def cut_off(slurry, tmp_path_factory, dem_command) -> Path:
+    """Folder of a run that was killed after four of its six segments."""
+    folder = tmp_path_factory.mktemp("cut off")
+    killed(dem_command(slurry, folder, 120), folder / "work" / "segment_3000.json", everything=True)
+    return folder
+
+
+def truncate(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def flip(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def replace(path: Path) -> None:
+    shutil.copyfile(path.with_name("step_500.restart"), path)
+
+
+@pytest.mark.parametrize(
+    ("damage", "name", "last_good"),
+    [
+        (truncate, "step_3000.restart", 2000),
+        (flip, "step_3000.restart", 2000),
+        (replace, "step_3000.restart", 2000),
+        (Path.unlink, "step_2000.restart", 500),
+        (truncate, "frames_500.dump", 50),
+        (flip, "segment_3000.log", 2000),
+        (truncate, "segment_2000.json", 500),
+        (flip, "step_0.restart", 0),
+    ],
+)
+def test_damaged_segments_are_named_and_done_again(cut_off, slurry, tmp_path, dem_command, damage, name, last_good):
+    shutil.copytree(cut_off, tmp_path, dirs_exist_ok=True)
+    damage(tmp_path / "work" / name)
+    result = subprocess.run(dem_command(slurry, tmp_path, 120), check=True, capture_output=True, text=True)
+    assert f"{tmp_path / 'work' / name}: " in result.stdout
+    assert "is done again" in result.stdout
+    assert f"goes on from step {last_good} of 6000" in result.stdout or not last_good
+    assert_same_results(tmp_path, slurry)
+
+
+def test_finished_run_whose_outputs_are_gone_is_not_run_again(slurry, tmp_path, dem_command):
+    """As after the kill of a workflow that had not taken note of the outputs yet, which it then deletes."""
+    command = dem_command(slurry, tmp_path, 10)
+    subprocess.run(command, check=True)
+    written = (tmp_path / "dump.lammpstrj").read_bytes()
+    for name in ("dump.lammpstrj", "frame_10.restart", "run.json"):
+        (tmp_path / name).unlink()
+    subprocess.run([*command, "--executable", "false"], check=True)
+    assert (tmp_path / "dump.lammpstrj").read_bytes() == written
+    assert (tmp_path / "run.json").exists()
+
+
+def test_run_stops_between_segments_when_its_budget_is_used_up(slurry, tmp_path, dem_command):
+    command = [*dem_command(slurry, tmp_path, 120), "--budget-min", "0.001"]
+    for step in (50, 500, 2000):
+        result = subprocess.run(command, capture_output=True, text=True)
+        assert result.returncode == 75
+        assert re.fullmatch(
+            rf"\[A\] stopped at step {step}: the next segment takes about \d+ s, and \d+ of 0 s are gone: "
+            r"the same command goes on\n",
+            result.stderr,
+        )
+        assert not (tmp_path / "dump.lammpstrj").exists()
+    subprocess.run(command[:-2], check=True)
+    assert_same_results(tmp_path, slurry)
+
+
+@pytest.mark.parametrize("number", [signal.SIGUSR1, signal.SIGTERM])
+def test_signal_of_a_scheduler_lets_the_segment_end(slurry, tmp_path, dem_command, number):
+    """Sent to LAMMPS too, as by Slurm; here the segment takes well below the time that is left after SIGTERM."""
+    command = dem_command(slurry, tmp_path, 120)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    log = tmp_path / "work" / "segment_2000.log"
+    while not (log.exists() and "Step " in log.read_text() and log.read_text().count("\n      ") > 2):
+        assert process.poll() is None
+        time.sleep(0.002)
+    lammps = psutil.Process(process.pid).children()
+    process.send_signal(number)
+    if number == signal.SIGTERM:
+        for child in lammps:
+            child.send_signal(number)
+    assert process.wait(timeout=30) == 75
+    assert re.fullmatch(
+        rf"\[A\] stopped at step \d+ by {number.name}: the same command goes on\n", process.stderr.read()
+    )
+    assert (tmp_path / "work" / "segment_2000.json").exists()
+    subprocess.run(command, check=True)
+    assert_same_results(tmp_path, slurry)
+
+
+def test_second_run_on_the_same_folder_waits_for_the_first(slurry, tmp_path, dem_command):
+    command = dem_command(slurry, tmp_path, 120)
+    first = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    while not (tmp_path / "work" / "segment_50.json").exists():
+        assert first.poll() is None
+        time.sleep(0.005)
+    second = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert first.wait() == 0
+    assert re.search(rf"work: in use by \S+ \(pid {first.pid}\)", second.stdout)
+    assert_same_results(tmp_path, slurry)
 
 
 def test_segment_killed_after_its_restart_file_and_before_the_end_of_its_log_is_run_again(
@@ -190,7 +301,7 @@ def test_failed_run_says_so_on_one_line_and_keeps_its_log(slurry, tmp_path, comm
     assert result.stderr.endswith(f"; log: {outputs / 'work' / 'start.log'}\n")
     assert result.stderr.count("\n") == 1
     assert (outputs / "work" / "start.log").exists()
-    assert [path.name for path in outputs.iterdir()] == ["work"]
+    assert sorted(path.name for path in outputs.iterdir()) == ["attempts", "work"]
 
 
 def test_missing_lammps_is_one_line(slurry, tmp_path, dem_command):
@@ -210,5 +321,5 @@ def test_terminated_run_takes_its_lammps_along(slurry, tmp_path, dem_command):
         lammps = psutil.Process(process.pid).children()  # none between two segments
         time.sleep(0.005)
     process.terminate()
-    assert process.wait(timeout=10) == 128 + signal.SIGTERM
+    assert process.wait(timeout=10) == 75
     assert psutil.wait_procs(lammps, timeout=5)[1] == []

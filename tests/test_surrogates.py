@@ -97,7 +97,6 @@ def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, 
     vgg16 = surrogates.load("vgg16")
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
-    monkeypatch.setattr(vgg16, "CHECKPOINT_INTERVAL_S", 0.0)
     places = {name: tmp_path / name for name in ("work", "model.keras", "history.csv", "cost.json")}
     settings = json.dumps({"epochs": 3, "batch_size": 10, "learning_rate": 1e-3, "threads": 1})
     arguments = ["--surrogate", "vgg16", "--dataset", tmp_path / "training.h5", "--settings", settings, "--seed", 3]
@@ -106,15 +105,19 @@ def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, 
     monkeypatch.setattr(sys, "argv", ["train_surrogate.py", *map(str, arguments)])
     train_surrogate.main()
 
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "cost.json",
-        "history.csv",
-        "model.keras",
-        "training.h5",
-    ]
+    written = {name: (tmp_path / name).read_bytes() for name in ("history.csv", "model.keras")}
+    assert not (places["work"] / "checkpoint.h5").exists()
     with places["history.csv"].open() as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["epoch", "loss", "mae", "val_loss", "val_mae"]
     assert [row["epoch"] for row in rows] == ["1", "2", "3"]
     cost = json.loads(places["cost.json"].read_text())
     assert (cost["stage"], cost["surrogate"], cost["particles"]) == ("train_surrogate", "vgg16", n)
+
+    # A workflow that was killed before it took note of the outputs asks again: the training is not repeated.
+    for name in written:
+        places[name].unlink()
+    monkeypatch.setattr(vgg16, "fit", None)
+    train_surrogate.main()
+    assert {name: places[name].read_bytes() for name in written} == written
+    assert json.loads(places["cost.json"].read_text())["cpu_s"] > cost["cpu_s"]

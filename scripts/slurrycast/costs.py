@@ -33,6 +33,12 @@ def children_cpu_s() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
+def spent_so_far() -> dict[str, float]:
+    """Wall and CPU seconds of this process since its start, child processes that it has waited for included."""
+    wall_s = time.time() - psutil.Process().create_time()
+    return {"wall_s": wall_s, "cpu_s": time.process_time() + children_cpu_s()}
+
+
 @contextlib.contextmanager
 def measured_cost(path: str | Path, stage: str, surrogate: str = "-", slurry: str = "-") -> Iterator[Cost]:
     """Measure the block and write the record to `path` (JSON) if it ends without an error.
@@ -43,8 +49,9 @@ def measured_cost(path: str | Path, stage: str, surrogate: str = "-", slurry: st
     """
     cost = Cost(stage, surrogate, slurry)
     yield cost
-    cost.wall_s += time.time() - psutil.Process().create_time()
-    cost.cpu_s += time.process_time() + children_cpu_s()
+    spent = spent_so_far()
+    cost.wall_s += spent["wall_s"]
+    cost.cpu_s += spent["cpu_s"]
     peaks_kb = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     cost.max_rss_mb = max(peaks_kb) / 1024
     write_text(path, json.dumps(asdict(cost), indent=1) + "\n")

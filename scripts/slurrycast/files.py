@@ -1,11 +1,14 @@
-"""Outputs that appear whole or not at all, and errors that fit on one line."""
+"""Outputs that appear whole or not at all and whose damage is noticed."""
 
 import contextlib
+import glob
+import hashlib
 import os
-import signal
-import sys
-from collections.abc import Callable, Iterator
+import socket
+from collections.abc import Iterator
 from pathlib import Path
+
+CHECKSUMS = ".checksums"  # folder beside the files, with one file for each, as `sha256sum -c` reads it
 
 
 class InputError(ValueError):
@@ -16,38 +19,78 @@ class RunError(RuntimeError):
     """A program or a training that failed: the message says what it said and where its log is, on one line."""
 
 
+class Unfinished(Exception):
+    """A run that stopped on purpose, at a place from which the same command goes on; the message says why."""
+
+
+def checksum(path: str | Path) -> str:
+    """SHA-256 of a file's content, in hexadecimal digits."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _checksum_file(path: Path) -> Path:
+    return path.parent / CHECKSUMS / f"{path.name}.sha256"
+
+
+def _part(path: Path) -> Path:
+    """Where this process writes what is to become `path`; what killed ones have left there is removed.
+
+    Its own, since a process whose workflow was killed may still be about to write the same file.
+    """
+    here = socket.gethostname()
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}"):
+        host, _, pid = left.name[len(path.stem) + 2 : -len(f".part{path.suffix}")].rpartition("-")
+        if host == here and pid.isdecimal() and not Path("/proc", pid).exists():
+            left.unlink(missing_ok=True)
+    return path.with_name(f".{path.stem}.{here}-{os.getpid()}.part{path.suffix}")
+
+
 @contextlib.contextmanager
 def moved_into_place(path: str | Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; move it to `path` when the block ends without an error.
 
     No reader ever meets a half-written file, and an earlier `path` survives a failure. The suffix stays the same, since
-    some libraries choose the format by it.
+    some libraries choose the format by it. The checksum is kept for `check_unchanged`.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}.part{path.suffix}")
+    part = _part(path)
+    kept = _checksum_file(path)
     try:
         yield part
+        line = f"{checksum(part)}  {path.name}\n"
+        kept.parent.mkdir(exist_ok=True)
+        # A kill between these leaves a file without checksum, never one with that of another content.
+        kept.unlink(missing_ok=True)
         os.replace(part, path)
+        written = kept.with_name(f"{part.name}.sha256")
+        written.write_text(line, encoding="utf-8")
+        os.replace(written, kept)
     finally:
         part.unlink(missing_ok=True)
+
+
+def check_unchanged(path: str | Path) -> None:
+    """Refuse, with InputError, a file that is missing or has another content than `moved_into_place` gave it.
+
+    Files that were not written by it have no checksum and pass.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        expected = _checksum_file(path).read_text(encoding="utf-8").split()[0]
+    except (OSError, ValueError, IndexError):
+        return
+    if checksum(path) != expected:
+        raise InputError(
+            f"{path}: not what was written there, it is damaged or was edited (sha256 differs from "
+            f"{_checksum_file(path)}): delete it, and the workflow makes it anew"
+        )
 
 
 def write_text(path: str | Path, text: str) -> None:
     """Write `text` to `path` in one move (UTF-8)."""
     with moved_into_place(path) as part:
         part.write_text(text, encoding="utf-8")
-
-
-def run_main(main: Callable[[], None]) -> None:
-    """Run a script's `main`; bad input or a failed run ends with one line on stderr and exit code 1.
-
-    Lines appear as they are printed, also where the output is not a terminal but a log.
-    """
-    sys.stdout.reconfigure(line_buffering=True)
-    # As an exception, so that what was started is stopped as well: LAMMPS must not write on beside the next attempt.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
-    try:
-        main()
-    except (InputError, RunError) as error:
-        sys.exit(f"error: {error}")

@@ -4,6 +4,7 @@ import contextlib
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import time
 from collections import deque
@@ -105,15 +106,7 @@ def run_lammps(
     columns: list[str] = []
     tail: deque[str] = deque(maxlen=5)
     error = ""
-    with subprocess.Popen(
-        command,
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    ) as process:
+    with _started(command, folder, launcher.ranks, environment) as process:
         try:
             for line in process.stdout:
                 tail.append(line.strip())
@@ -125,7 +118,8 @@ def run_lammps(
                     progress(int(row[0]), row[columns.index("v_density_g_cm3")])
         except BaseException:
             with contextlib.suppress(ProcessLookupError):
-                process.terminate()
+                # a launcher ends its ranks when it is asked to end; LAMMPS itself does not hear
+                process.terminate() if launcher.ranks > 1 else process.kill()
             raise
     if error:  # of any rank; the log holds those of the first one
         raise RunError(f"LAMMPS: {error}; log: {folder / log}")
@@ -139,6 +133,27 @@ def run_lammps(
             f"log: {folder / log}"
         )
     return result
+
+
+def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[str, str]) -> subprocess.Popen:
+    """Start LAMMPS with the locks of this process; one that runs alone does not hear SIGTERM.
+
+    Schedulers send it to every process of a job, and it is this process that decides when LAMMPS ends.
+    """
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM} if ranks == 1 else ())
+    try:
+        return subprocess.Popen(
+            command,
+            cwd=folder,
+            env=environment,
+            close_fds=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def continue_dem(

@@ -11,8 +11,8 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
     fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
                     trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); returns
-                    earlier_wall_s and earlier_cpu_s, what attempts before a kill have spent; the work directory is its
-                    own, to resume from
+                    wall_s and cpu_s that attempts before a kill have spent; the work directory is its own, to resume
+                    from
     fit(training_set, settings, model_path)                                              of a model.json
     predict(question, model_path, settings) -> Prediction                                see question.py
 

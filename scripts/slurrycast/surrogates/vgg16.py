@@ -21,9 +21,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slurrycast.costs import spent_so_far
 from slurrycast.dataset import TrainingSet
 from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.files import InputError, RunError, moved_into_place, write_text
+from slurrycast.files import InputError, RunError, check_unchanged, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
 from slurrycast.surrogates.question import Prediction, Question
 
@@ -52,7 +53,6 @@ KERNEL = 3
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-7
 
 SHARD_UNITS = 512  # fastest of 128 to 4096 at batches of 100, where it saves 16 % of a step; no effect at 500
-CHECKPOINT_INTERVAL_S = 30.0  # at least; writing 330 MB takes below a second
 PREDICTION_BATCH = 1024
 STATE = ("weights", "momentum", "norm")  # of a Trainer, as checkpoints name them
 
@@ -247,15 +247,7 @@ class Progress:
 
     history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae of each epoch
     best: list[np.ndarray] = field(default_factory=list)  # weights of the epoch with the lowest val_loss
-    earlier_wall_s: float = 0.0
-    earlier_cpu_s: float = 0.0
-
-
-def _spent(progress: Progress) -> tuple[float, float]:
-    import psutil
-
-    own_wall_s = time.time() - psutil.Process().create_time()
-    return progress.earlier_wall_s + own_wall_s, progress.earlier_cpu_s + time.process_time()
+    earlier: dict[str, float] = field(default_factory=lambda: {"wall_s": 0.0, "cpu_s": 0.0})  # cost of other attempts
 
 
 def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: Progress) -> None:
@@ -264,7 +256,8 @@ def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: 
     with moved_into_place(path) as part, h5py.File(part, "w") as file:
         file.attrs["fingerprint"] = fingerprint
         file.attrs["steps"] = int(trainer.steps)
-        file.attrs["wall_s"], file.attrs["cpu_s"] = _spent(progress)
+        for clock, own in spent_so_far().items():
+            file.attrs[clock] = progress.earlier[clock] + own
         file["history"] = np.array(progress.history)
         for name in STATE:
             for place, variable in enumerate(getattr(trainer, name)):
@@ -279,6 +272,7 @@ def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer, name: str) 
     if not path.exists():
         return Progress()
     try:
+        check_unchanged(path)
         with h5py.File(path) as file:
             if file.attrs["fingerprint"] != fingerprint:
                 print(f"[{name}] {path} is of other settings or another data set: starting anew", flush=True)
@@ -289,11 +283,10 @@ def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer, name: str) 
             progress = Progress(
                 history=list(file["history"][:]),
                 best=state["best"],
-                earlier_wall_s=float(file.attrs["wall_s"]),
-                earlier_cpu_s=float(file.attrs["cpu_s"]),
+                earlier={clock: float(file.attrs[clock]) for clock in ("wall_s", "cpu_s")},
             )
             steps = int(file.attrs["steps"])
-    except (OSError, KeyError) as error:
+    except (OSError, KeyError, InputError) as error:
         print(f"[{name}] {path} cannot be read ({error}): starting anew", flush=True)
         return Progress()
     trainer.steps.assign(steps)
@@ -363,8 +356,8 @@ def train(
     `standardised`: the network sees `samples` by the mean and deviation of the training part; the model that is written
     does this by itself. The model has the weights of the epoch with the lowest validation loss. `settings`: epochs,
     batch_size, learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
-    `work_directory` of the same settings and data is continued as if there had been no break. InputError for settings
-    that are missing, RunError if the loss is not finite.
+    `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
+    break. InputError for settings that are missing, RunError if the loss is not finite.
     """
     for key in ("epochs", "batch_size", "learning_rate", "threads"):
         if not settings.get(key, 0) > 0:
@@ -384,7 +377,7 @@ def train(
     trained = np.flatnonzero(~held)
     epochs, first = settings["epochs"], len(progress.history)
     best_loss = min((row[2] for row in progress.history), default=np.inf)
-    start = saved = time.monotonic()
+    start = time.monotonic()
     for epoch in range(first + 1, epochs + 1):
         order = np.random.default_rng((settings["seed"], epoch)).permutation(trained)
         losses = trainer.train_epoch(*arrays, order, settings["batch_size"])
@@ -404,9 +397,7 @@ def train(
             f"{now - start:.0f} s elapsed, {left_s:.0f} s left",
             flush=True,
         )
-        if now - saved >= CHECKPOINT_INTERVAL_S and epoch < epochs:
-            _write_checkpoint(checkpoint, fingerprint, trainer, progress)
-            saved = time.monotonic()
+        _write_checkpoint(checkpoint, fingerprint, trainer, progress)
 
     best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
     print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
@@ -415,7 +406,8 @@ def train(
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
     with moved_into_place(model_path) as part:
         plain.save(part)
-    return {"earlier_wall_s": progress.earlier_wall_s, "earlier_cpu_s": progress.earlier_cpu_s}
+    checkpoint.unlink()
+    return progress.earlier
 
 
 def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:

@@ -1,0 +1,63 @@
+"""How every script starts and ends: options, input files that are what was written, errors that fit on one line."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from slurrycast.files import InputError, RunError, Unfinished, check_unchanged
+
+EXIT_UNFINISHED = 75  # EX_TEMPFAIL of sysexits.h: nothing is wrong, the same command goes on
+
+
+class Parser(argparse.ArgumentParser):
+    """Options of a script whose help is its docstring; a wrong one ends with one line and exit code 2."""
+
+    def __init__(self, description: str) -> None:
+        super().__init__(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+    def error(self, message: str) -> NoReturn:
+        """Leave without the usage, which would hide the line."""
+        self.exit(2, f"error: {message}\n")
+
+
+def input_file(text: str) -> Path:
+    """Path of an input, as the `type` of an option; refused if it is missing or not what was written there."""
+    try:
+        check_unchanged(text)
+    except InputError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return Path(text)
+
+
+def named_file(text: str) -> tuple[str, Path]:
+    """Take `name=path` of an input apart, as the `type` of an option."""
+    name, equals, path = text.partition("=")
+    if not (name and equals and path):
+        raise argparse.ArgumentTypeError(f"{text!r} is not name=path")
+    return name, input_file(path)
+
+
+def run_main(main: Callable[[], None]) -> None:
+    """Run a script's `main`; bad input, a failed run or a full disk ends with one line on stderr and exit code 1.
+
+    Exit code 75 if the run stopped on purpose before it was done. Lines appear as they are printed, also where the
+    output is not a terminal but a log.
+    """
+    sys.stdout.reconfigure(line_buffering=True)
+    # As an exception, so that what was started is stopped as well: LAMMPS must not write on beside the next attempt.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    try:
+        main()
+    except (InputError, RunError) as error:
+        sys.exit(f"error: {error}")
+    except Unfinished as error:
+        print(error, file=sys.stderr)
+        sys.exit(EXIT_UNFINISHED)
+    except OSError as error:
+        if error.errno is None:  # of a library, with a meaning of its own
+            raise
+        place = " to ".join(str(name) for name in (error.filename, error.filename2) if name is not None)
+        sys.exit(f"error: {place or 'a file'}: {error.strerror}; what was finished before is kept")

@@ -1,0 +1,94 @@
+"""Options, and how scripts end: one line for what a user can do something about."""
+
+import errno
+import re
+from pathlib import Path
+
+import pytest
+
+from slurrycast.command_line import EXIT_UNFINISHED, Parser, input_file, named_file, run_main
+from slurrycast.files import InputError, RunError, Unfinished, write_text
+
+
+def ends_with(error: BaseException):
+    def main():
+        raise error
+
+    with pytest.raises(SystemExit) as exit_:
+        run_main(main)
+    return exit_.value.code
+
+
+@pytest.mark.parametrize("error", [InputError, RunError])
+def test_bad_input_and_failed_runs_end_with_one_line(error):
+    # a text as code: printed, exit code 1
+    assert ends_with(error("a.h5: frame 9 is not in the file")) == "error: a.h5: frame 9 is not in the file"
+
+
+def test_run_that_stopped_on_purpose_has_a_code_of_its_own(capsys):
+    assert ends_with(Unfinished("[6] stopped at step 50")) == EXIT_UNFINISHED == 75
+    assert capsys.readouterr().err == "[6] stopped at step 50\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (
+            OSError(errno.ENOSPC, "No space left on device", "a.csv"),
+            "error: a.csv: No space left on device; what was finished before is kept",
+        ),
+        (
+            FileNotFoundError(errno.ENOENT, "No such file or directory", "a", None, "b"),
+            "error: a to b: No such file or directory; what was finished before is kept",
+        ),
+    ],
+)
+def test_errors_of_the_file_system_are_one_line(error, line):
+    assert ends_with(error) == line
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError(), OSError("of a library")])
+def test_other_errors_keep_their_traceback(error):
+    def main():
+        raise error
+
+    with pytest.raises(type(error)):
+        run_main(main)
+
+
+def parsed(*words: str):
+    parser = Parser("what it does")
+    parser.add_argument("--data", type=input_file)
+    parser.add_argument("--tables", type=named_file)
+    return parser.parse_args(words)
+
+
+def test_damaged_or_missing_input_is_refused_before_any_work(tmp_path, capsys):
+    data = tmp_path / "initial.data"
+    for what in ("no such file", "not what was written there"):
+        with pytest.raises(SystemExit) as exit_:
+            parsed("--data", str(data))
+        assert exit_.value.code == 2
+        assert re.fullmatch(rf"error: argument --data: {data}: {what}.*\n", capsys.readouterr().err)
+        write_text(data, "whole")
+        data.write_text("edited")
+    write_text(data, "whole")
+    assert parsed("--data", str(data)).data == data
+
+
+def test_named_inputs(tmp_path, capsys):
+    write_text(tmp_path / "a.csv", "")
+    assert parsed("--tables", f"affine={tmp_path / 'a.csv'}").tables == ("affine", tmp_path / "a.csv")
+    for text in ("a.csv", "=a.csv", "affine="):
+        with pytest.raises(SystemExit):
+            parsed("--tables", text)
+        assert capsys.readouterr().err == f"error: argument --tables: {text!r} is not name=path\n"
+
+
+def test_every_script_checks_its_inputs(root):
+    """Whatever an option is said to read is declared as such."""
+    option = re.compile(r"add_argument\((?:[^()]|\([^()]*\))*\)")
+    for script in (root / "scripts").glob("*.py"):
+        for call in option.findall(Path(script).read_text(encoding="utf-8")):
+            if 'help="in: ' in call:
+                assert "type=input_file" in call or "type=named_file" in call or "**" in call, f"{script}: {call}"
