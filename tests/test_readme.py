@@ -132,6 +132,11 @@ def test_noise_and_cost(root, reference):
     assert f"end at {ends.min():.3f} to {ends.max():.3f} g/cm³" in text
 
 
+def study_volume_error() -> float:
+    """Of the study's slurry 6: hybrid over DEM, less 1."""
+    return study.HYBRID_STRUCTURE["6"].volume_um3 / study.DEM_STRUCTURE["6"].volume_um3 - 1
+
+
 def test_predicted_volumes(root, reference):
     text = one_line(root / "docs" / "yardsticks.md")
     errors = read_table(reference / "reduced" / "tables" / "structure_errors.csv")
@@ -140,25 +145,38 @@ def test_predicted_volumes(root, reference):
     for label in ("linear", "vgg16"):
         small, large = volume_error[label, "3"], volume_error[label, "6"]
         assert f"`{label}` {small:+.1%} for slurry 3 (1 unit) and {large:+.1%} for slurry 6 (5 units)" in text
-    volumes = [study.HYBRID_STRUCTURE["6"].volume_um3, study.DEM_STRUCTURE["6"].volume_um3]
-    said = f"The study's slurry 6 errs the other way, {100 * (volumes[0] / volumes[1] - 1):.0f} %"
-    assert said in text
+    assert f"The study's slurry 6 errs the other way, {100 * study_volume_error():.0f} %" in text
+    volumes = study.HYBRID_STRUCTURE["6"].volume_um3, study.DEM_STRUCTURE["6"].volume_um3
     assert "{:,} against {:,} µm³".format(*volumes) in text
+    assert f"its slurry 6 is {-100 * study_volume_error():.0f} % too small" in text
 
 
 def test_sizes(root, reference):
     text = one_line(root / "docs" / "yardsticks.md")
-    clock = pd.read_csv(reference / "size" / "size_clock.csv").iloc[0]
-    assert f"N^{clock.exponent:.3f} ± {clock.standard_error:.3f}" in text
-    assert clock.damping_exponent == 0
-    errors = read_table(reference / "size" / "size_errors.csv")
+    clocks, errors = (
+        [pd.read_csv(reference / run / f"size_{table}.csv") for run in ("size", "size_clock")]
+        for table in ("clock", "errors")
+    )
+    one, same = (clock.iloc[0] for clock in clocks)
+    assert (one.damping_exponent, same.damping_exponent) == (0, -0.3)
+    assert f"grows as N^{one.exponent:.3f} ± {one.standard_error:.3f}" in text
+    assert f"take this out: N^{same.exponent:.3f} ± {same.standard_error:.3f} is left" in text
+    assert set(errors[0].slurry) == set(errors[1].slurry)
+
+    def span(values: pd.Series) -> str:
+        return f"{values.min():+.1%} to {values.max():+.1%}"
+
+    largest = 0
     for label in ("linear", "vgg16", "vgg16_relative"):
-        own = errors[errors.surrogate == label]
-        small, large = (own[own.mass_units == units].predicted_volume_error for units in (1, 5))
-        shown = [f"{error.min():+.1%} to {error.max():+.1%}" for error in (small, large)]
-        assert f"`{label}` {shown[0]} (1 unit) and {shown[1]} (5 units)" in text
+        one, same = (table[table.surrogate == label] for table in errors)
+        small, large = (one[one.mass_units == units].predicted_volume_error for units in (1, 5))
+        assert f"`{label}` {span(small)} (1 unit) and {span(large)} (5 units)" in text
         assert small.max() < 0 < large.min()
-    assert f"up to {errors.outside_share.max():.0%} of them are, in `6_thick`" in text
+        assert f"`{label}` {span(same.predicted_volume_error)}" in text
+        largest = max(largest, abs(same.predicted_volume_error).max())
+    assert largest < 0.04 < abs(study_volume_error())  # neither makes the study's error
+    shares = [f"{table.outside_share.max():.0%}" for table in errors]
+    assert f"up to {shares[0]} of them are with one clock, and up to {shares[1]} at the same rate" in text
 
 
 def test_sentences_on_the_results(root, reference):
