@@ -179,6 +179,33 @@ def test_sizes(root, reference):
     assert f"up to {shares[0]} of them are with one clock, and up to {shares[1]} at the same rate" in text
 
 
+def test_ablation(root, reference):
+    text = (root / "docs" / "yardsticks.md").read_text(encoding="utf-8")
+    table = pd.read_csv(reference / "ablation" / "ablation.csv").set_index("surrogate")
+    affine = table.loc["affine"]
+    networks = table.drop(index="affine")
+    expected = {
+        label: [
+            row.target,
+            row.coordinates,
+            row.box,
+            f"{row.best_val_loss_um2:.4f}",
+            f"{row.validation_skill:.2f}",
+            f"{row.test_skill:.2f}",
+        ]
+        for label, row in networks.iterrows()
+    }
+    assert {label: cells for label, cells in rows(text).items() if label.startswith("vgg16")} == expected
+    assert f"The loss of the affine map is {affine.best_val_loss_um2:.4f} µm²" in text
+    assert set(networks.epochs) == {30, 15} and networks.epochs["vgg16"] == 30
+    # fed with the box: better on particles of the training slurries, worse on other slurries
+    box, blind = networks.loc["vgg16_box"], networks.loc["vgg16_box_nobox"]
+    assert box.best_val_loss_um2 < blind.best_val_loss_um2 < affine.best_val_loss_um2
+    assert max(box.validation_skill, box.test_skill) < min(blind.validation_skill, blind.test_skill) < 0
+    skill = read_table(reference / "ablation" / "skill.csv").query("surrogate == 'vgg16_box'").set_index("slurry").skill
+    assert set(skill.nsmallest(2).index) == {"6", "V2"}  # of 5 units, the largest trained on has 4
+
+
 def test_sentences_on_the_results(root, reference):
     text = one_line(root / "README.md")
     folder = reference / "reduced"
