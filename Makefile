@@ -5,13 +5,24 @@ PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 
-.PHONY: demo test lint reference clean-venv
+.PHONY: demo test test-slurm torture lint reference clean-venv
 
 demo: .venv/installed
 	$(BIN)/snakemake --cores $(CORES) --quiet rules reason
 
 test: .venv/installed-test
 	$(BIN)/python -m pytest
+
+# The workflow on a real Slurm of one node, which is there for the test alone. Its environment is another one: see
+# envs/requirements-slurm.txt.
+test-slurm:
+	@missing=$$($(PYTHON) tests/slurm/cluster.py) || exit 1; \
+	if [ -n "$$missing" ]; then echo "test-slurm: skipped: $$missing"; else \
+		$(MAKE) .venv-slurm/installed && .venv-slurm/bin/python -m pytest tests/slurm; fi
+
+# Kills, damaged files and full disks: docs/reliability.md. Some 20 minutes; a short version is among the tests.
+torture: .venv/installed
+	$(BIN)/python tests/torture/campaign.py --table results/torture.csv
 
 lint: .venv/installed-test
 	$(BIN)/ruff check .
@@ -33,6 +44,7 @@ reference:
 	rm -rf $(REFERENCE)
 	mkdir -p $(REFERENCE)/figures $(REFERENCE)/frames
 	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
+	rm -rf $(REFERENCE)/tables/.checksums
 	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
 	for model in vgg16 vgg16_box; do \
 		mkdir -p $(REFERENCE)/models/$$model; cp $(FROM)/models/$$model/history.csv $(REFERENCE)/models/$$model; done
@@ -40,6 +52,7 @@ reference:
 		costs.png slurry_vgg16_4.png skill.png structure.png front.png ../../reference/$(RUN)/figures
 	PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
 		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'
+	rm -rf $(REFERENCE)/frames/.checksums
 
 .venv/installed: envs/requirements.txt envs/constraints.txt
 	@command -v $(PYTHON) >/dev/null || { \
@@ -55,5 +68,11 @@ reference:
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-test.txt
 	@touch $@
 
+.venv-slurm/installed: envs/requirements.txt envs/requirements-test.txt envs/requirements-slurm.txt envs/constraints.txt
+	$(PYTHON) -m venv .venv-slurm
+	.venv-slurm/bin/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-test.txt \
+		-r envs/requirements-slurm.txt
+	@touch $@
+
 clean-venv:
-	rm -rf .venv
+	rm -rf .venv .venv-slurm

@@ -33,7 +33,7 @@ include: "workflow/rules/report.smk"
 report: "workflow/report/workflow.rst"
 
 
-# Jobs of a second or two, which a queueing system would only delay.
+# Jobs of seconds, which a queueing system would only delay.
 localrules:
     all,
     slurries,
@@ -45,6 +45,7 @@ localrules:
     convergence,
     size,
     generate_inputs,
+    extract_frames,
     assemble_dataset,
     measure_packing,
     fit_surrogate,

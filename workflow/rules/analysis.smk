@@ -114,6 +114,9 @@ rule compute_rdf:
         f"{RESULTS}/benchmarks/compute_rdf/{{surrogate}}/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
+    resources:
+        mem_mb=slurry_mb,
+        runtime=structure_minutes,
     params:
         target=lambda wildcards: ["--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else [],
         cutoff_um=config["analysis"]["rdf_cutoff_um"],

@@ -9,17 +9,23 @@ OUTPUTS: the names in capital letters below, and the functions that rules use to
 
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
-from slurrycast import configuration, surrogates
+from slurrycast import configuration, provenance, surrogates
 from slurrycast.dependencies import modules
+from slurrycast.files import VERSIONS_VARIABLE
 from slurrycast.lammps_run import steps_per_frame
 from slurrycast.recipe import particle_counts, particle_types
 
 # Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]))
+
+MADE_WITH = provenance.made_with()
+VERSIONS = provenance.name_of(MADE_WITH)
+os.environ[VERSIONS_VARIABLE] = VERSIONS  # stands with the checksum of every output
 
 try:
     SLURRIES = {slurry.id: slurry for slurry in configuration.checked_slurries(config)}
@@ -85,8 +91,8 @@ def particles(slurry):
     return int(particle_counts(particle_types(formulation["phases"]), mass_pg).sum())
 
 
-def lammps_mb(wildcards, attempt):
-    """Memory of LAMMPS and what reads its output in MB."""
+def slurry_mb(wildcards, attempt):
+    """Memory in MB of what holds one slurry: LAMMPS, or its frames and their neighbours."""
     return attempt * (1000 + particles(wildcards.slurry) // 20)
 
 
@@ -102,10 +108,21 @@ def dem_priority(wildcards):
     return run.mass_units + {"train": 2000, "replica": 0, "timestep": 0}.get(run.role, 1000)
 
 
+# Whether DEM jobs end at their walltime, so that they have to stop before it.
+BUDGETED = workflow.remote_exec or config["dem"]["budget_min"] is not None
+
+
 def dem_minutes(wildcards, attempt):
     """Walltime of the DEM of a slurry in minutes."""
+    if config["dem"]["budget_min"] is not None:
+        return config["dem"]["budget_min"]
     frame_steps = steps_per_frame(configuration.dem_settings(config, RUNS[wildcards.slurry]))
     return lammps_minutes(wildcards, last_frame(wildcards) * frame_steps, attempt)
+
+
+def work_of_dem(wildcards):
+    """Folder of what a DEM has finished, until its frames are extracted."""
+    return f"{RESULTS}/dem/{wildcards.slurry}/work"
 
 
 def lammps_minutes(wildcards, steps, attempt):
@@ -113,6 +130,11 @@ def lammps_minutes(wildcards, steps, attempt):
     particle_steps = particles(wildcards.slurry) * steps
     particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
     return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
+
+
+def structure_minutes(wildcards, attempt):
+    """Walltime in minutes of what looks at the neighbours in one slurry, measured as 1 ms a particle."""
+    return attempt * (5 + particles(wildcards.slurry) // 10000)
 
 
 def input_frames(label):
@@ -139,7 +161,10 @@ def surrogate_settings(wildcards):
 def training_minutes(wildcards, attempt):
     """Walltime of a training in minutes; one step of the largest network takes below a second on one slow core."""
     settings = config["surrogate"][LABELS[wildcards.surrogate].name]
-    updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
+    if "batch_size" in settings:
+        updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
+    else:  # a slurry an update; as many seconds for 1000 of its particles, at the shipped width and cutoff
+        updates = settings["members"] * settings["epochs"] * sum(map(particles, TRAINING)) / 1000
     return 10 + attempt * int(updates / 60)
 
 
@@ -157,6 +182,11 @@ def continuation_options(wildcards, input):
     work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
     options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
     return [word for name, value in options.items() for word in (f"--{name}", value)]
+
+
+def prediction_group(wildcards):
+    """On a cluster predictions of seconds share a job; one that goes on with the DEM takes hours and has its own."""
+    return "predictions" if workflow.non_local_exec and not goes_on(wildcards) else None
 
 
 def prediction_minutes(wildcards, attempt):

@@ -28,8 +28,10 @@ rule extract_frames:
     priority: dem_priority
     conda:
         "../../envs/analysis.yaml"
+    params:
+        work=work_of_dem,
     shell:
-        "python {input.script:q} --dump {input.dump:q} --inputs {input.inputs:q} --run {input.run:q}"
+        "python {input.script:q} --dump {input.dump:q} --inputs {input.inputs:q} --run {input.run:q} --work {params.work:q}"
         " --frames {output.frames:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 

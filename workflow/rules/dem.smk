@@ -62,21 +62,24 @@ rule run_slurry:
     threads: config["dem"]["ranks"]
     # How LAMMPS is started stands among the resources, since a change of it is no reason to run a slurry again.
     resources:
+        budgeted=int(BUDGETED),
         mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
         executable=config["dem"]["executable"],
-        mem_mb=lammps_mb,
+        mem_mb=slurry_mb,
         runtime=dem_minutes,
     params:
         last_frame=last_frame,
         restarts=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}",
-        work=lambda wildcards: f"{RESULTS}/dem/{wildcards.slurry}/work",
+        work=work_of_dem,
+        attempts=lambda wildcards: f"{RESULTS}/logs/run_slurry/{wildcards.slurry}",
     shell:
         "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q}"
         " --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
         " --last-frame {params.last_frame} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
         " --dump {output.dump:q} --restarts {params.restarts:q} --log {output.log:q} --thermo {output.thermo:q}"
         " --run {output.run:q}"
         " --cost {output.cost:q}"

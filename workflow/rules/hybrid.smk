@@ -57,7 +57,7 @@ rule relax_slurry:
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
         executable=config["dem"]["executable"],
-        mem_mb=lammps_mb,
+        mem_mb=slurry_mb,
         runtime=lambda wildcards, attempt: lammps_minutes(wildcards, config["relaxation"]["steps"], attempt),
     params:
         settings=section(config["relaxation"]),

@@ -6,7 +6,7 @@ REQUIRED INPUTS:
     config, as a whole: it is shown
 
 OUTPUTS:
-    config.yaml, versions.json
+    config.yaml, versions.json, versions/<name>.json
     figures/*.png
     report.html
 """
@@ -25,15 +25,25 @@ rule record_run:
         f"{RESULTS}/benchmarks/record_run.tsv"
     conda:
         "../../envs/analysis.yaml"
+    # Among the resources, since another command is no reason to record anew; other versions are.
+    resources:
+        command=lambda wildcards: shlex.join(["snakemake", *sys.argv[1:]]),
     params:
-        config=section(config),
+        config=lambda wildcards: section(config),  # of a function, as it may hold braces
+        made_with=lambda wildcards: section(MADE_WITH),
+        # not an output: while one under a new name is missing, Snakemake does not see that the others are old
+        kept=f"{RESULTS}/versions/{VERSIONS}.json",
     shell:
-        "python {input.script:q} --effective {params.config:q} --config {output.config:q} --versions {output.versions:q}"
+        "python {input.script:q} --effective {params.config:q} --made-with {params.made_with:q}"
+        " --command {resources.command:q} --config {output.config:q} --versions {output.versions:q}"
+        " --kept {params.kept:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule draw_rules:
     input:
+        script="scripts/draw_rules.py",
+        modules=modules("scripts/draw_rules.py"),
         snakefile="Snakefile",
         rules=expand(
             "workflow/rules/{part}.smk",
@@ -60,7 +70,7 @@ rule draw_rules:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "snakemake --rulegraph --configfile {input.config:q} > {output.rulegraph:q} 2> {log:q}"
+        "python {input.script:q} --config {input.config:q} --rulegraph {output.rulegraph:q}" " 2>&1 | tee {log:q}"
 
 
 rule plot_workflow:
@@ -189,6 +199,9 @@ rule render_slurry:
         f"{RESULTS}/benchmarks/render_slurry/{{surrogate}}/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
+    resources:
+        mem_mb=slurry_mb,
+        runtime=structure_minutes,
     params:
         target=lambda wildcards, input: (
             ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else []

@@ -79,6 +79,7 @@ else:
             f"{RESULTS}/logs/adopt_model/{{surrogate}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/adopt_model/{{surrogate}}.tsv"
+        localrule: True
         conda:
             "../../envs/learning.yaml"
         params:
@@ -113,6 +114,8 @@ rule predict_slurry:
         f"{RESULTS}/logs/predict_slurry/{{surrogate}}/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/predict_slurry/{{surrogate}}/{{slurry}}.tsv"
+    group:
+        prediction_group
     conda:
         "../../envs/learning.yaml"
     threads: lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1

@@ -43,7 +43,7 @@ rule run_twin:
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
         executable=config["dem"]["executable"],
-        mem_mb=lammps_mb,
+        mem_mb=slurry_mb,
         runtime=dem_minutes,
     params:
         first_frame=max(INPUT_FRAMES),
@@ -74,6 +74,9 @@ rule measure_structure:
         f"{RESULTS}/benchmarks/measure_structure/{{source}}/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
+    resources:
+        mem_mb=slurry_mb,
+        runtime=structure_minutes,
     params:
         stores=lambda wildcards, input: (
             ["--dem", input.dem, "--target-frame", TARGET_FRAME]
