@@ -17,6 +17,7 @@ from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.equilibrium import equilibrium
 from slurrycast.files import write_text
+from slurrycast.tables import read_table
 
 
 def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:
@@ -70,7 +71,7 @@ def main() -> None:
     with measured_cost(args.cost, "measure_equilibrium"):
         rows = []
         for run_path, thermo_path, role in zip(args.run_json, args.thermo, args.roles, strict=True):
-            run, thermo = json.loads(run_path.read_text(encoding="utf-8")), pd.read_csv(thermo_path)
+            run, thermo = json.loads(run_path.read_text(encoding="utf-8")), read_table(thermo_path)
             rows.append(equilibrium_row(run, thermo, role, args.max_density_drift))
             if rows[-1]["warning"]:
                 print(f"warning: slurry {run['slurry']}: {rows[-1]['warning']}", file=sys.stderr)

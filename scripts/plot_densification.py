@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import INK, PREDICTED, new_figure, save_figure
-from slurrycast.tables import read_equilibrium
+from slurrycast.tables import read_equilibrium, read_table
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white
@@ -83,7 +83,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read the curves and draw them."""
     args = parse_args()
-    thermo = {slurry: pd.read_csv(path) for slurry, path in zip(args.slurries, args.thermo, strict=True)}
+    thermo = {slurry: read_table(path) for slurry, path in zip(args.slurries, args.thermo, strict=True)}
     equilibrium = read_equilibrium(args.equilibrium).set_index("slurry")
     input_times_us = [frame * args.frame_interval_us for frame in args.input_frames]
     save_figure(draw_densification(thermo, equilibrium, input_times_us), args.figure)

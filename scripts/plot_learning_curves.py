@@ -14,6 +14,7 @@ from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
 
 from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.figures import TRAINING, VALIDATION, new_figure, note, save_figure
+from slurrycast.tables import read_table
 
 MEASURES = (
     ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),
@@ -56,7 +57,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read the history and draw it."""
     args = parse_args()
-    save_figure(draw_learning_curves(pd.read_csv(args.history)), args.figure)
+    save_figure(draw_learning_curves(read_table(args.history)), args.figure)
 
 
 if __name__ == "__main__":

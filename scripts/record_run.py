@@ -1,8 +1,10 @@
-"""Record what a run was asked for and with which versions it was done.
+"""Record what a run was asked for and with what it was made.
 
-In: the effective configuration as JSON.
-Out: the same as YAML; versions of Python, of the packages that matter and of this workflow (git commit) as JSON, with
-the machine on which this was recorded.
+In: the effective configuration and the versions that Snakemake saw (commit of the workflow, Python, packages), both as
+JSON; the command line of Snakemake.
+Out: the configuration as YAML; the versions as JSON, with what LAMMPS and its MPI say of themselves, the machine and
+the time of this record, and a copy that stays when another commit or other packages are recorded. Its name stands with
+the checksum of every output (`.checksums/` beside it), so each can be traced to the versions that made it.
 """
 
 import argparse
@@ -10,58 +12,28 @@ import json
 import platform
 import re
 import subprocess
-from importlib.metadata import PackageNotFoundError, version
+from datetime import UTC, datetime
 from pathlib import Path
 
 import psutil
 import yaml
 
-from slurrycast.files import run_main, write_text
-
-PACKAGES = (
-    "snakemake",
-    "lammps",
-    "tensorflow-cpu",
-    "tensorflow",
-    "keras",
-    "MDAnalysis",
-    "freud-analysis",
-    "numpy",
-    "pandas",
-    "h5py",
-    "matplotlib",
-    "pyvista",
-    "vtk",
-)
+from slurrycast import provenance
+from slurrycast.command_line import Parser, run_main
+from slurrycast.files import InputError, write_text
+from slurrycast.lammps_run import Launcher
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(__doc__)
     parser.add_argument("--effective", required=True, type=json.loads, help="configuration as JSON")
+    parser.add_argument("--made-with", required=True, type=json.loads, help="versions as JSON")
+    parser.add_argument("--command", required=True, help="command line of Snakemake")
     parser.add_argument("--config", required=True, help="out: configuration, YAML")
     parser.add_argument("--versions", required=True, help="out: versions, JSON")
+    parser.add_argument("--kept", required=True, help="out: the same, under the name of these versions")
     return parser.parse_args()
-
-
-def package_versions() -> dict[str, str]:
-    """Versions of the packages that are installed."""
-    found = {}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
-
-
-def git_commit() -> str:
-    """Commit of the workflow, with `-dirty` where files differ from it; `unknown` outside a git checkout."""
-    try:
-        command = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
 
 
 def processor() -> str:
@@ -73,18 +45,37 @@ def processor() -> str:
     return f"{psutil.cpu_count()} x {model}, {psutil.virtual_memory().total / 2**30:.0f} GiB"
 
 
+def lammps_says(executable: str) -> dict[str, str]:
+    """Version of LAMMPS, and of the MPI it is linked to, from its own help text."""
+    try:
+        command = [*Launcher(executable, "", 1).command(), "-h"]
+        text = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60).stdout
+    except (InputError, OSError, subprocess.TimeoutExpired):  # as where only compute nodes have it
+        text = ""
+    found = {
+        "lammps_version": re.search(r"Massively Parallel Simulator - (.*)", text),
+        "mpi": re.search(r"^MPI (v.*)", text, re.MULTILINE),
+    }
+    return {key: " ".join(match[1].split()) if match else "unknown" for key, match in found.items()}
+
+
 def main() -> None:
-    """Write both files."""
+    """Write the three files."""
     args = parse_args()
     write_text(args.config, yaml.safe_dump(args.effective, sort_keys=False, allow_unicode=True))
+    packages = provenance.package_versions() | args.made_with["packages"]  # of a Conda environment, if it has one
     versions = {
-        "workflow_commit": git_commit(),
-        "python": platform.python_version(),
+        "name": provenance.name_of(args.made_with),
+        "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": args.command,
+        **args.made_with,
         "platform": platform.platform(),
         "machine": processor(),
-        "packages": package_versions(),
+        **lammps_says(args.effective["dem"]["executable"]),
+        "packages": packages,
     }
-    write_text(args.versions, json.dumps(versions, indent=1) + "\n")
+    for path in (args.versions, args.kept):
+        write_text(path, json.dumps(versions, indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ import argparse
 import json
 from pathlib import Path
 
-import pandas as pd
 import yaml
 
 from slurrycast import surrogates
@@ -73,7 +72,7 @@ def main() -> None:
         speedup=read_table(args.speedup),
         surrogates=args.surrogates,
         descriptions={label: described(label) for label in args.surrogates},
-        histories={label: pd.read_csv(path) for label, path in args.histories},
+        histories={label: read_table(path) for label, path in args.histories},
         networks={label: read_network(path) for label, path in args.models},
         figures={path.stem: path for path in args.figures},
     )

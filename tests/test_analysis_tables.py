@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from slurrycast.costs import Cost, read_cost
+from slurrycast.files import write_text
 from slurrycast.frames import Frame, Particles, write_frames
 from slurrycast.tables import read_table
 
@@ -128,7 +129,7 @@ def test_rdf_and_its_differences(slurry, run, tmp_path):
     assert (cost.stage, cost.surrogate, cost.slurry, cost.particles) == ("compute_rdf", "vgg16", "1", N)
 
     curves.g_relaxed += np.where(curves.pair == "all", 0.25, -0.5)
-    curves.to_csv(out, index=False)
+    write_text(out, curves.to_csv(index=False))
     errors = table(run("compare_rdf.py", "--rdf", out, "--table", tmp_path / "rdf.csv"), tmp_path / "rdf.csv")
     assert list(errors.columns) == ["surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference"]
     assert list(errors.pair) == ["all", "NiO-8YSZ"]
@@ -260,6 +261,9 @@ def test_costs(run, tmp_path):
     ],
 )
 def test_lists_that_do_not_match_are_refused(run, tmp_path, script, arguments, message):
-    process = run(script, *arguments, "--table", tmp_path / "t.csv")
+    for name in "abc":
+        (tmp_path / name).touch()
+    words = [tmp_path / word if word in ("a", "b", "c") else word for word in arguments]
+    process = run(script, *words, "--table", tmp_path / "t.csv")
     assert process.returncode == 2
     assert message in process.stderr

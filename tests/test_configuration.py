@@ -1,67 +1,24 @@
-"""The check before any job: what is refused, in which words, and that what is shipped passes."""
+"""The check before any job: what is shipped passes, what one mistake means for others, and earlier results."""
 
-import copy
 import json
 import re
 from pathlib import Path
 
 import jsonschema
 import pytest
-import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from snakemake.utils import update_config
 
+from configurations import HEADER, ROOT, SCALES, copy_tables, load, merged, nested, shipped
 from slurrycast import configuration
 from slurrycast.configuration import ConfigurationError, Slurry, changed_physics, check, physics, read_slurries
 from slurrycast.files import InputError
-
-ROOT = Path(__file__).resolve().parents[1]
-HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "reduced", "full", "size", "size_clock"]
-
-
-def merged(base: dict, override: dict) -> dict:
-    """What Snakemake makes of a configuration and a --configfile: mappings merged, everything else replaced."""
-    result = copy.deepcopy(base)
-    update_config(result, copy.deepcopy(override))
-    return result
-
-
-def load(name: str) -> dict:
-    """A file in config/ as it is."""
-    return yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8"))
-
-
-def shipped(scale: str) -> dict:
-    """The effective configuration of a scale."""
-    base = load("config")
-    return base if scale == "config" else merged(base, load(scale))
-
-
-def nested(path: str, value: object) -> dict:
-    """`{"a": {"b": value}}` of the path a.b."""
-    for key in reversed(path.split(".")):
-        value = {key: value}
-    return value
-
-
-def without(config: dict, path: str) -> dict:
-    """The configuration without the key at `path`."""
-    *sections, key = path.split(".")
-    place = config
-    for section in sections:
-        place = place[section]
-    del place[key]
-    return config
 
 
 @pytest.fixture(autouse=True)
 def in_empty_project(tmp_path, monkeypatch):
     """A working directory with the shipped slurry tables and no results."""
-    (tmp_path / "config").mkdir()
-    for table in (ROOT / "config").glob("*.tsv"):
-        (tmp_path / "config" / table.name).write_text(table.read_text(encoding="utf-8"), encoding="utf-8")
+    copy_tables(tmp_path)
     monkeypatch.chdir(tmp_path)
 
 
@@ -128,198 +85,7 @@ def test_readme_is_in_step_with_schema_and_configuration():
     assert readme.partition(configuration.GENERATED)[2] == configuration.reference()
 
 
-# ---- what is refused
-
-BAD_VALUES = [
-    ("run.name", "..", 'run.name = "..": must be text of letters, digits'),
-    ("run.name", "README.md", 'run.name = "README.md": must be text of letters'),
-    ("run.name", "my run", 'run.name = "my run": must be text of letters'),
-    ("run.name", "demo\n", 'run.name = "demo\\n": must be text of letters'),
-    ("run.name", 2026, "run.name = 2026: must be text of letters, digits, '.', '_' and '-', other than"),
-    ("run.name", 2026, "(put it in quotes to make it text)"),
-    ("run.overwrite", "yes", 'run.overwrite = "yes": must be true or false'),
-    ("run.overwrite", 1, "run.overwrite = 1: must be true or false"),
-    ("slurries", "", 'slurries = "": must be text that is not empty'),
-    ("slurries", "config/none.tsv", "config/none.tsv: cannot be read: No such file or directory"),
-    ("formulation.unit_mass_pg", 0, "formulation.unit_mass_pg = 0: must be a number above 0 and at most 1000000"),
-    (
-        "formulation.unit_mass_pg",
-        5,
-        "formulation.unit_mass_pg: slurry 2 of 5 pg has no particle of NiO 0.6 um, NiO 1 um, ",
-    ),
-    (
-        "formulation.unit_mass_pg",
-        170,
-        "formulation.unit_mass_pg: slurry T2 ends with a shortest edge of 3.255 um: must be above 3.6 um, "
-        "twice the largest cutoff 1.65 and the skin 0.15",
-    ),
-    (
-        "formulation.initial_packing_fraction",
-        0.5,
-        "formulation.initial_packing_fraction = 0.5: must be a number above 0 and below 0.5",
-    ),
-    (
-        "formulation.expected_density_g_cm3",
-        0.5,
-        "formulation.initial_packing_fraction = 0.2: must be below 0.1482, the packing fraction at",
-    ),
-    (
-        "formulation.expected_density_g_cm3",
-        3.5,
-        "formulation.expected_density_g_cm3 = 3.5: must be below 3.373, the density of the particles without space",
-    ),
-    ("formulation.phases", None, "formulation.phases = null: must be a phase named with letters and digits"),
-    ("formulation.phases.Ni-O", {}, "formulation.phases.Ni-O: unknown key: must be a phase named with letters"),
-    ("formulation.phases.NiO", 1, "formulation.phases.NiO = 1: must be a section with mass_fraction, density_g_cm3"),
-    (
-        "formulation.phases.NiO.mass_fraction",
-        0.5,
-        "formulation.phases: mass fractions sum to 0.98: must be 1 within 1e-06",
-    ),
-    ("formulation.phases.NiO.mass_fraction", -0.5, "formulation.phases.NiO.mass_fraction = -0.5: must be a number"),
-    (
-        "formulation.phases.NiO.size_classes",
-        [{"diameter_um": 0.8, "number_fraction": 0.9}],
-        "formulation.phases.NiO.size_classes: number fractions sum to 0.9: must be 1 within 1e-06",
-    ),
-    ("formulation.phases.NiO.size_classes", [], "NiO.size_classes = []: must be a list of at least one size class"),
-    (
-        "formulation.phases.NiO.size_classes",
-        [{"diameter_um": "0.8", "number_fraction": 1}],
-        'size_classes[0].diameter_um = "0.8": must be a number at least 0.01 and at most 100 (it is text: write 0.8',
-    ),
-    (
-        "formulation.phases.NiO.size_classes",
-        [{"diameter_um": 0.8, "fraction": 1}],
-        "size_classes[0].fraction: unknown key: must be one of diameter_um, number_fraction (do you mean number_fr",
-    ),
-    ("force_field.lennard_jones.cutoff_factor", 0.9, "cutoff_factor = 0.9: must be a number at least 1"),
-    (
-        "force_field.lennard_jones.sigma_factor",
-        1.5,
-        "force_field.lennard_jones.sigma_factor = 1.5: must be below cutoff_factor = 1.5",
-    ),
-    ("force_field.granular_hertz.friction", float("nan"), "granular_hertz.friction = NaN: must be a number at least 0"),
-    ("dem.executable", " ", 'dem.executable = " ": must be text that is not empty'),
-    ("dem.launcher", None, "dem.launcher = null: must be text that is not empty"),
-    ("dem.ranks", True, "dem.ranks = true: must be a whole number at least 1"),
-    ("dem.ranks", 2.0, "dem.ranks = 2.0: must be a whole number at least 1"),
-    ("dem.timestep_us", "1e-4", 'dem.timestep_us = "1e-4": must be a number above 0 and at most 1 (1e-4 is text in '),
-    ("dem.timestep_us", "1e-4", "(1e-4 is text in YAML: write 1.0e-4)"),
-    ("dem.timestep_us", True, "dem.timestep_us = true: must be a number above 0"),
-    (
-        "dem.timestep_us",
-        0.0025,
-        "dem.timestep_us = 0.0025: 0.481 of the Rayleigh time 0.005196 us: must be at most 0.002079, "
-        "dem.max_rayleigh_share = 0.4 of it",
-    ),
-    ("dem.impact_speed_um_us", 10.0, "dem.timestep_us = 0.002: 0.166 of the Hertz time 0.01204 us: must be at most"),
-    ("dem.steps", "6e6", "(6e6 is text in YAML: write 6000000)"),
-    ("dem.steps", 60001, "dem.steps = 60001: must be a multiple of dem.frames - 1 = 120"),
-    ("dem.thermo_every_steps", 300, "dem.thermo_every_steps = 300: must divide the 500 steps between two frames"),
-    ("dem.segment_frames", 121, "dem.segment_frames = 121: must be at most dem.frames - 1 = 120"),
-    ("dem.restart_frames", [7, 8, 9], "learning.input_frames: [10] not in dem.restart_frames: must be"),
-    ("dem.restart_frames", [7, 9, 8, 10], "dem.restart_frames = [7, 9, 8, 10]: must be strictly increasing"),
-    ("dem.restart_frames", [7, 8, 9, 10, 121], "dem.restart_frames = [7, 8, 9, 10, 121]: must be at most dem.frames"),
-    ("dem.restart_frames", [0, 7, 8, 9, 10], "dem.restart_frames[0] = 0: must be a whole number at least 1"),
-    ("dem.pressure_damping_us", "2e4", "(2e4 is text in YAML: write 2.0e+4)"),
-    ("dem.pressure_damping_us", 1.0, "dem.pressure_damping_us = 1.0: must be a number at least 100"),
-    ("dem.pressure_kpa", float("inf"), "dem.pressure_kpa = Infinity: must be a number above 0"),
-    ("dem.presure_kpa", 1.0, "dem.presure_kpa: unknown key: must be one of executable, launcher"),
-    ("dem.presure_kpa", 1.0, "(do you mean pressure_kpa?)"),
-    ("dem", None, "dem = null: must be a section with executable, launcher"),
-    ("learning.input_frames", [7, 7, 8], "learning.input_frames = [7, 7, 8]: must be strictly increasing"),
-    ("learning.input_frames", [], "learning.input_frames = []: must be a list of at least one frame number"),
-    ("learning.target_frame", 10, "learning.target_frame = 10: must be after the last input frame 10 and at most"),
-    ("learning.target_frame", 121, "learning.target_frame = 121: must be after the last input frame 10 and at most"),
-    ("learning.validation_share", 1, "learning.validation_share = 1: must be a number above 0 and below 1"),
-    (
-        "surrogate.names",
-        ["vgg61"],
-        "surrogate.names: 'vgg61' is not known, allowed: persistence, affine, linear, vgg16",
-    ),
-    ("surrogate.names", ["affine_x2"], "surrogate.names: 'affine_x2' is not known: must be affine, and _f<NN> for the"),
-    ("surrogate.names", ["early_dem"], "surrogate.names: 'early_dem' is not known: must be early_dem_ and a variant"),
-    ("surrogate.names", ["vgg16_f02"], 'surrogate.names: "vgg16_f02": must be vgg16, which learns from learning.input'),
-    (
-        "surrogate.names",
-        ["affine_f11"],
-        'surrogate.names: "affine_f11": its last input frame must be 1 to 10, the last',
-    ),
-    (
-        "surrogate.names",
-        ["affine_f00"],
-        'surrogate.names: "affine_f00": its last input frame must be 1 to 10, the last',
-    ),
-    (
-        "surrogate.names",
-        ["early_dem_x2_f03"],
-        '"early_dem_x2_f03" starts at frame 3: must be one of dem.restart_f',
-    ),
-    ("surrogate.names", "vgg16", 'surrogate.names = "vgg16": must be a list of labels of surrogates'),
-    ("surrogate.names", ["vgg16", "vgg16"], 'surrogate.names = ["vgg16", "vgg16"]: must be a list of labels of surr'),
-    (
-        "surrogate.packing_fraction",
-        1.2,
-        "surrogate.packing_fraction = 1.2: must be null or a number above 0 and below 1",
-    ),
-    ("surrogate.early_dem.flat_within", 0, "surrogate.early_dem.flat_within = 0: must be a number above 0 and below 1"),
-    ("relaxation.pressure_damping_us", 1, "relaxation.pressure_damping_us = 1: must be a number at least 100"),
-    ("relaxation.start_temperature_k", 0, "relaxation.start_temperature_k = 0: must be a number above 0 and at most"),
-    ("dem.pressure_damping_exponent", -3, "dem.pressure_damping_exponent = -3: must be a number at least -2"),
-    ("yardsticks.surrogates", ["affine"], 'yardsticks.surrogates: "affine": must not be in surrogate.names too'),
-    ("yardsticks.surrogates", ["vgg19"], "yardsticks.surrogates: 'vgg19' is not known, allowed: persistence"),
-    ("yardsticks.replicated", [], "yardsticks.replicated = []: must be a list of ids of slurries of role validation"),
-    ("yardsticks.replicas", 1, "yardsticks.replicas = 1: must be a whole number at least 2"),
-    ("convergence.timesteps_us", [1e-3, 5e-4], "convergence.timesteps_us = [0.001, 0.0005]: must be whole pico"),
-    (
-        "convergence.timesteps_us",
-        [1e-3, 1.0005e-3],
-        "convergence.timesteps_us = [0.001, 0.0010005]: must be whole pi",
-    ),
-    (
-        "convergence.timesteps_us",
-        [3e-4, 1e-3],
-        "convergence.timesteps_us: 0.0003: must divide dem.timestep_us x dem.t",
-    ),
-    (
-        "convergence.timesteps_us",
-        [1e-3],
-        "convergence.timesteps_us = [0.001]: must be a list of at least two time st",
-    ),
-    (
-        "report.pictures",
-        ["affine_f02"],
-        'report.pictures: "affine_f02": must be one of surrogate.names, persistence',
-    ),
-    ("report.pictures", True, "report.pictures = true: must be a list of labels in surrogate.names"),
-    ("surrogate.model", "model.h5", 'surrogate.model = "model.h5": must be null or the path of an existing file that'),
-    ("surrogate.model", "none.keras", 'surrogate.model = "none.keras": no such file'),
-    ("surrogate.vgg16.epochs", 0, "surrogate.vgg16.epochs = 0: must be a whole number at least 1"),
-    (
-        "surrogate.vgg19",
-        {},
-        "surrogate.vgg19: unknown key: must be one of names, model, packing_fraction, vgg16",
-    ),
-    ("analysis.rdf_pair", ["NiO"], 'analysis.rdf_pair = ["NiO"]: must be a list of two phases of formulation.phases'),
-    ("analysis.rdf_pair", ["NiO", "YSZ"], 'analysis.rdf_pair: "YSZ": must be one of BDPD, NiO, 8YSZ'),
-    ("report.pictures", "off", 'report.pictures = "off": must be a list of labels'),
-    ("plot", {}, "plot: unknown key: must be one of run, slurries"),
-]
-
-
-@pytest.mark.parametrize(("path", "value", "expected"), BAD_VALUES)
-def test_bad_value_is_named_in_one_line(config, path, value, expected):
-    override = nested(path, value)
-    lines = check(merged(config, override))
-    assert len([line for line in lines if expected in line]) == 1, lines
-    assert all("\n" not in line for line in lines)
-
-
-@pytest.mark.parametrize("path", ["report", "dem.steps", "formulation.phases.8YSZ.density_g_cm3", "surrogate.vgg16"])
-def test_missing_key_is_named(config, path):
-    lines = check(without(config, path))
-    assert [line for line in lines if line.startswith(f"{path}: missing: must be a")], lines
+# ---- several mistakes, and mistakes that only show together
 
 
 @pytest.mark.parametrize("value", [None, [], 3, "text"])
@@ -415,7 +181,7 @@ def test_something_to_predict_is_needed(config):
 def test_a_bad_row_is_not_reported_as_a_missing_role_too(config):
     Path("bad.tsv").write_text(HEADER + "T1\ttrain\t2\t1\t7\nN1\tnew\t-2\t1\t8\n")
     config["slurries"] = "bad.tsv"
-    assert check(config) == ["bad.tsv line 3: mass_units = -2.0: must be a number above 0 and at most 1000"]
+    assert check(config) == ["bad.tsv line 3: mass_units = -2.0: must be a number above 0 and at most 100"]
 
 
 def test_a_model_that_the_run_itself_writes_is_refused(config):
@@ -509,45 +275,7 @@ def test_a_slurry_may_not_be_named_like_a_run_that_follows_from_another(config, 
     assert f"its run {id_} is named like a slurry of the table: rename that slurry" in line
 
 
-SLURRIES_SCHEMA = configuration.schema("slurries")
-
-
 # ---- slurry table
-
-BAD_TABLES = [
-    ("", "line 1: nothing: must be the columns id, role, mass_units, thickness_ratio, seed, separated by tabs"),
-    (HEADER, "no slurries: must be at least one row below the column names"),
-    (HEADER.replace("\t", ","), 'line 1: "id,role,mass_units,thickness_ratio,seed": must be the columns id, role'),
-    (HEADER.replace("seed", "seed\tnote"), r'line 1: "id\trole\tmass_units\tthickness_ratio\tseed\tnote": must be'),
-    (HEADER.replace("\tseed", ""), r'line 1: "id\trole\tmass_units\tthickness_ratio": must be the columns id, role'),
-    (HEADER.replace("seed", "id"), "must be the columns id, role"),
-    (HEADER + "T1\ttrain\t1\t1\n", "line 2: 4 cells: must be 5, separated by tabs"),
-    (HEADER + "T1 train 1 1 1\n", "line 2: 1 cells: must be 5, separated by tabs"),
-    (HEADER + "T 1\ttrain\t1\t1\t1\n", "line 2: id = \"T 1\": must be text of letters, digits and '_'"),
-    (HEADER + "../x\ttrain\t1\t1\t1\n", 'line 2: id = "../x": must be text of letters'),
-    (HEADER + "\ttrain\t1\t1\t1\n", 'line 2: id = "": must be text of letters'),
-    (HEADER + "T1\tTrain\t1\t1\t1\n", 'line 2: role = "Train": must be one of train, validation, test, new'),
-    (HEADER + "T1\ttrain\tone\t1\t1\n", 'line 2: mass_units = "one": must be a number above 0 and at most 1000'),
-    (HEADER + "T1\ttrain\tnan\t1\t1\n", 'line 2: mass_units = "nan": must be a number above 0'),
-    (HEADER + "T1\ttrain\t1e999\t1\t1\n", "line 2: mass_units = Infinity: must be a number above 0"),
-    (HEADER + "T1\ttrain\t1,5\t1\t1\n", 'line 2: mass_units = "1,5": must be a number above 0'),
-    (HEADER + "T1\ttrain\t1\t-1\t1\n", "line 2: thickness_ratio = -1.0: must be a number above 0"),
-    (HEADER + "T1\ttrain\t1\t1\t0\n", "line 2: seed = 0: must be a whole number from 1 to 2147483647"),
-    (HEADER + "T1\ttrain\t1\t1\t1.5\n", 'line 2: seed = "1.5": must be a whole number'),
-    (HEADER + f"T1\ttrain\t1\t1\t{'9' * 5000}\n", 'line 2: seed = "9999'),
-    (HEADER + "A\ttest\t1\t1\t1\n\nA\ttest\t1\t1\t2\n", 'line 4: id = "A": must differ from line 2'),
-    (HEADER + "A\ttest\t1\t1\t5\nB\ttest\t1\t1\t5\n", "line 3: seed = 5: must differ from line 2"),
-    (HEADER + "A\ttest\t1\t1\t" + "5" * 200_000, "line 2: field larger than field limit"),
-]
-
-
-@pytest.mark.parametrize(("text", "expected"), BAD_TABLES)
-def test_bad_table_is_refused_with_its_place(text, expected):
-    Path("s.tsv").write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigurationError) as error:
-        read_slurries("s.tsv")
-    (line,) = error.value.lines
-    assert line.startswith("s.tsv") and expected in line
 
 
 def test_table_that_is_no_text_or_no_file():
@@ -587,10 +315,10 @@ def test_any_text_is_read_or_refused_in_lines_that_name_the_file(text):
 
 ROWS = st.builds(
     Slurry,
-    id=st.from_regex(r"[A-Za-z0-9_]+", fullmatch=True),
+    id=st.from_regex(r"[A-Za-z0-9_]{1,50}", fullmatch=True),
     role=st.sampled_from(["train", "validation", "test", "new"]),
-    mass_units=st.floats(1e-6, 1000),
-    thickness_ratio=st.floats(1e-6, 100),
+    mass_units=st.floats(1e-6, 100),
+    thickness_ratio=st.floats(0.01, 100),
     seed=st.integers(1, 2**31 - 1),
 )
 

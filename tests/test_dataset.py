@@ -1,5 +1,6 @@
 """The training set: what is written is read, and what a network could not use is refused."""
 
+import shutil
 import subprocess
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
-from slurrycast.files import InputError
+from slurrycast.files import CHECKSUMS, InputError
 from slurrycast.frames import read_frames
 
 
@@ -76,21 +77,17 @@ def test_reading_refuses_what_writing_refuses(tmp_path, data):
     write_training_set(path, data, seed=1)
     with h5py.File(path, "r+") as file:
         file["targets"][3, 1] = np.nan
+    shutil.rmtree(path.parent / CHECKSUMS)
     with pytest.raises(InputError, match="targets must be finite"):
         read_training_set(path)
 
 
-def test_unreadable_files_are_named(tmp_path, data):
+def test_unreadable_files_are_named(tmp_path):
     path = tmp_path / "training.h5"
-    with pytest.raises(InputError, match=r"training\.h5: not a readable training set"):
+    with pytest.raises(InputError, match=r"training\.h5: no such file"):
         read_training_set(path)
     path.write_bytes(b"no HDF5")
     with pytest.raises(InputError, match=r"training\.h5: not a readable training set"):
-        read_training_set(path)
-    write_training_set(path, data, seed=1)
-    with h5py.File(path, "r+") as file:
-        del file["targets"]
-    with pytest.raises(InputError, match="targets"):
         read_training_set(path)
 
 

@@ -22,14 +22,15 @@ def clock(monkeypatch):
     monkeypatch.setattr(stopping.time, "time", lambda: now[0])
     monkeypatch.setattr(stopping.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(stopping.psutil, "Process", Process)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGUSR1)}
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGALRM)}
     yield now
+    signal.alarm(0)
     for number, handler in handlers.items():
         signal.signal(number, handler)
 
 
 def test_segments_begin_as_long_as_they_fit(clock):
-    stop = Stop("6", budget_s=100.0)
+    stop = Stop("6", budget_s=160.0)  # of which 60 s are kept for the start and the end of the job
     clock[0] = 10.0
     for first in (0, 1000, 2000):
         stop.begin(first, first + 1000)
@@ -42,7 +43,7 @@ def test_segments_begin_as_long_as_they_fit(clock):
     with pytest.raises(Unfinished) as error:
         stop.begin(4000, 5000)
     assert str(error.value) == (
-        "[6] stopped at step 4000: the next segment takes about 24 s, and 90 of 100 s are gone: "
+        "[6] stopped at step 4000: the next segment takes about 24 s, and 90 of 160 s are gone: "
         "the same command goes on"
     )
     stop.begin(4000, 4100)  # a shorter one fits
@@ -88,3 +89,24 @@ def test_signals(clock, number, step, given_up):
     assert stop.asked == number.name
     with pytest.raises(Unfinished, match=f"stopped at step 1000 by {number.name}: the same command goes on"):
         stop.begin(1000, 2000)
+
+
+def test_segment_that_hangs_is_given_up_all_the_same(clock, monkeypatch):
+    monkeypatch.setattr(stopping, "GRACE_S", 1)
+    stop = Stop("6", budget_s=0.0)
+    stop.begin(0, 1000)
+    clock[0] += 10.0
+    stop.reached(1000)
+    os.kill(os.getpid(), signal.SIGTERM)
+    with pytest.raises(Unfinished, match="stopped by SIGTERM amid a segment"):
+        signal.pause()
+
+
+def test_half_of_a_short_budget_is_usable(clock):
+    stop = Stop("6", budget_s=40.0)
+    for first in (0, 1000):
+        stop.begin(first, first + 1000)
+        clock[0] += 9.0
+        stop.reached(first + 1000)
+    with pytest.raises(Unfinished):  # 18 s gone, 9 x 1.2 more
+        stop.begin(2000, 3000)

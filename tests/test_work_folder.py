@@ -166,3 +166,21 @@ def test_each_attempt_has_a_log_of_its_own(tmp_path, capsys):
         assert log.name == "attempt_4.log"
     assert (tmp_path / "logs" / "attempt_3.log").read_text().splitlines()[1:] == ["RunError: LAMMPS: no"]
     assert capsys.readouterr().out == "one\ntwo\n"
+
+
+def test_attempt_goes_on_when_the_reader_of_its_output_is_gone(tmp_path, root):
+    """A scheduler's signal ends `tee` too."""
+    code = (
+        "import pathlib, sys, time\n"
+        "from slurrycast.work_folder import attempt_log\n"
+        "with attempt_log(pathlib.Path(sys.argv[1])):\n"
+        "    for k in range(3):\n"
+        "        print(f'line {k}', flush=True)\n"
+        "        time.sleep(0.2)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(root / "scripts")}
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        process.stdout.readline()
+        process.stdout.close()
+    assert (tmp_path / "attempt_1.log").read_text().splitlines()[1:] == ["line 0", "line 1", "line 2"]

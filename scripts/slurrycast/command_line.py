@@ -1,6 +1,7 @@
 """How every script starts and ends: options, input files that are what was written, errors that fit on one line."""
 
 import argparse
+import json
 import signal
 import sys
 from collections.abc import Callable
@@ -24,12 +25,20 @@ class Parser(argparse.ArgumentParser):
 
 
 def input_file(text: str) -> Path:
-    """Path of an input, as the `type` of an option; refused if it is missing or not what was written there."""
+    """Path of an input, as the `type` of an option; refused if it is missing or not what was written there.
+
+    A JSON file has to hold a mapping.
+    """
+    path = Path(text)
     try:
-        check_unchanged(text)
+        check_unchanged(path)
+        if path.suffix == ".json" and not isinstance(json.loads(path.read_text(encoding="utf-8")), dict):
+            raise InputError(f"{text}: not a JSON mapping")
     except InputError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    return Path(text)
+    except (ValueError, RecursionError) as error:
+        raise argparse.ArgumentTypeError(f"{text}: not readable JSON ({error})") from None
+    return path
 
 
 def named_file(text: str) -> tuple[str, Path]:

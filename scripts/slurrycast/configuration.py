@@ -13,6 +13,8 @@ import itertools
 import json
 import math
 import re
+import shlex
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,7 @@ import jsonschema
 import yaml
 
 from slurrycast import forcefield, recipe, surrogates
-from slurrycast.files import InputError, write_text
+from slurrycast.files import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
 SUM_TOLERANCE = 1e-6  # of fractions that sum to 1: room for thirds written with seven digits
@@ -33,6 +35,7 @@ DEM_NOT_PHYSICS = frozenset(
         "executable",
         "launcher",
         "ranks",
+        "budget_min",
         "max_rayleigh_share",
         "max_hertz_share",
         "impact_speed_um_us",
@@ -113,17 +116,32 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def _printable(line: str) -> str:
+    """A line as it can be printed on one: what ends lines or steers a terminal is written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
+
+def _is_file(path: str) -> bool:
+    """Whether a file exists at any text that may be a path."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):  # too long, or with a character that no path has
+        return False
+
+
 def _hint(value: Any, rule: Mapping) -> str:
     """What to write instead, where YAML has read something else than was meant."""
     kind = rule.get("type")
     if kind == "string" and value is not None and not isinstance(value, str | list | Mapping):
         return " (put it in quotes to make it text)"
-    if kind not in ("number", "integer") or not isinstance(value, str):
+    if kind not in ("number", "integer") or not isinstance(value, str) or len(value) > 30:
         return ""
     number = re.fullmatch(r"([-+]?\d+)(\.\d*)?(?:[eE]([-+]?)(\d{1,3}))?", value.strip(), re.ASCII)
     if not number:
         return ""
     whole, fraction, sign, power = number.groups()
+    if kind == "integer" and not float(value).is_integer():
+        return ""
     if power is None:
         return f" (it is text: write {value.strip()} without quotes)"
     # YAML 1.1 wants both a point and a sign of the exponent
@@ -151,7 +169,7 @@ def _key_path(parts: Sequence[str | int]) -> str:
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in parts).lstrip(".")
 
 
-def _schema_errors(value: Any, rule: Mapping) -> Iterator[tuple[str, str]]:
+def _schema_errors(value: Any, rule: Mapping, hint: Callable[[Any, Mapping], str] = _hint) -> Iterator[tuple[str, str]]:
     """Yield (key path, what is wrong with it) for each way in which `value` breaks the schema `rule`."""
     for error in _Validator(rule).iter_errors(value):
         path, rule_there, found = list(error.absolute_path), error.schema, error.instance
@@ -169,7 +187,7 @@ def _schema_errors(value: Any, rule: Mapping) -> Iterator[tuple[str, str]]:
                     yield _key_path([*path, key]), f"unknown key: must be {may_be}{guess}"
         else:
             place = _key_path(path) or "configuration"
-            yield place, f"{_shown(found)}: must be {allowed(rule_there)}{_hint(found, rule_there)}"
+            yield place, f"{_shown(found)}: must be {allowed(rule_there)}{hint(found, rule_there)}"
 
 
 # ---- slurry table
@@ -212,7 +230,8 @@ def _read_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
             lines.append(f"{place}: {len(cells)} cells: must be {len(header)}, separated by tabs")
             continue
         row = {name: _cell(cell, columns[name]) for name, cell in zip(header, cells, strict=True)}
-        wrong = [f"{place}: {column} = {what}" for column, what in _schema_errors(row, schema("slurries"))]
+        errors = _schema_errors(row, schema("slurries"), hint=lambda *_: "")  # a cell is not read by YAML
+        wrong = [f"{place}: {column} = {what}" for column, what in errors]
         for column in ("id", "seed"):
             first = seen.setdefault((column, row[column]), number)
             if first != number:
@@ -234,6 +253,16 @@ def read_slurries(path: str | Path) -> list[Slurry]:
 
 
 # ---- checks across keys: each yields a line for each problem
+
+
+def _commands(config: Mapping, _) -> Iterator[str]:
+    for key in ("executable", "launcher"):
+        command = config["dem"][key]
+        try:
+            if not shutil.which(command):  # not one program: its words are taken apart
+                shlex.split(command)
+        except ValueError as error:  # an open quote, or a character that no path has
+            yield f"dem.{key} = {_shown(command)}: {str(error).lower()}: must be a program, or one with its options"
 
 
 def _fractions(config: Mapping, _) -> Iterator[str]:
@@ -266,17 +295,26 @@ def _packing(config: Mapping, _) -> Iterator[str]:
         )
 
 
+def _and_more(count: int) -> str:
+    """What ends a line that stands for `count` slurries."""
+    return f" (and {count - 1} more slurries)" if count > 1 else ""
+
+
 def _whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     types = recipe.particle_types(config["formulation"]["phases"])
+    lacking = []
     for slurry in slurries:
         mass_pg = slurry.mass_units * config["formulation"]["unit_mass_pg"]
         counts = recipe.particle_counts(types, mass_pg)
         absent = [f"{t.phase} {t.diameter_um:g} um" for t, count in zip(types, counts, strict=True) if count == 0]
         if absent:
-            yield (
-                f"formulation.unit_mass_pg: slurry {slurry.id} of {mass_pg:.6g} pg has no particle of "
-                f"{', '.join(absent)}: must be enough mass for one of each size class"
-            )
+            lacking.append((mass_pg, slurry.id, ", ".join(absent)))
+    if lacking:
+        mass_pg, slurry_id, absent = min(lacking)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} of {mass_pg:.6g} pg has no particle of {absent}: must be "
+            f"enough mass for one of each size class{_and_more(len(lacking))}"
+        )
 
 
 def _box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
@@ -284,14 +322,19 @@ def _box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     types = recipe.particle_types(formulation["phases"])
     cutoff_um = forcefield.largest_cutoff_um(types, config["force_field"]["lennard_jones"])
     least_um = 2 * (cutoff_um + skin_um)
+    narrow = []
     for slurry in slurries:
         volume_um3 = slurry.mass_units * formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
         edge_um = min(recipe.box_edges_um(volume_um3, slurry.thickness_ratio))
         if edge_um <= least_um:
-            yield (
-                f"formulation.unit_mass_pg: slurry {slurry.id} ends with a shortest edge of {edge_um:.4g} um: must be "
-                f"above {least_um:.4g} um, twice the largest cutoff {cutoff_um:.4g} and the skin {skin_um:.4g}"
-            )
+            narrow.append((edge_um, slurry.id))
+    if narrow:
+        edge_um, slurry_id = min(narrow)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} ends with a shortest edge of {edge_um:.4g} um: must be "
+            f"above {least_um:.4g} um, twice the largest cutoff {cutoff_um:.4g} (cutoff_factor) and the skin "
+            f"{skin_um:.4g}{_and_more(len(narrow))}"
+        )
 
 
 def _attraction(config: Mapping, _) -> Iterator[str]:
@@ -369,13 +412,13 @@ def _labels(config: Mapping, _) -> Iterator[str]:
                 yield f"{key}: {str(error).removeprefix('surrogate: ')}"
                 continue
             surrogate, last = surrogates.load(label.name), label.last_frame
-            if last is None:
-                last = max(inputs)
-            elif surrogate.MODEL_FILE is not None:
+            if last is None:  # the last of the input frames
+                continue
+            if surrogate.MODEL_FILE is not None:
                 yield f"{key}: {_shown(text)}: must be {label.name}, which learns from learning.input_frames only"
             elif not 0 < last <= max(inputs) or last >= target:
                 yield f"{key}: {_shown(text)}: its last input frame must be 1 to {max(inputs)}, the last input frame"
-            if surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
+            elif surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
                 yield f"{key}: {_shown(text)} starts at frame {last}: must be one of dem.restart_frames"
     for text in further:
         if text in names:
@@ -389,7 +432,7 @@ def _model(config: Mapping, _) -> Iterator[str]:
     names, model = config["surrogate"]["names"], config["surrogate"]["model"]
     if model is None:
         return
-    if not Path(model).is_file():
+    if not _is_file(model):
         yield f"surrogate.model = {_shown(model)}: no such file: must be null or a trained model.keras"
     try:
         kinds = {text: surrogates.load(surrogates.parse(text).name) for text in names}
@@ -410,7 +453,7 @@ def _model(config: Mapping, _) -> Iterator[str]:
 
 def _model_of_this_run(config: Mapping, _) -> Iterator[str]:
     model, written = config["surrogate"]["model"], Path("results") / config["run"]["name"] / "models"
-    if model is not None and Path(model).resolve().is_relative_to(written.resolve()):
+    if model is not None and _is_file(model) and Path(model).resolve().is_relative_to(written.resolve()):
         yield (
             f"surrogate.model = {_shown(model)}: must lie outside {written}, which this run writes: "
             "choose another run.name"
@@ -443,6 +486,15 @@ def _convergence(config: Mapping, _) -> Iterator[str]:
             )
 
 
+def _cooling(config: Mapping, _) -> Iterator[str]:
+    start_k, end_k = config["relaxation"]["start_temperature_k"], config["dem"]["temperature_k"]
+    if start_k < end_k:
+        yield (
+            f"relaxation.start_temperature_k = {_shown(start_k)}: must be at least dem.temperature_k = "
+            f"{_shown(end_k)}, to which it falls"
+        )
+
+
 def _rdf_pair(config: Mapping, _) -> Iterator[str]:
     phases = list(config["formulation"]["phases"])
     for phase in config["analysis"]["rdf_pair"]:
@@ -452,6 +504,7 @@ def _rdf_pair(config: Mapping, _) -> Iterator[str]:
 
 # Each check with the keys that it reads: it is left out where the schema has found one of them wrong.
 _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] = [
+    (_commands, "dem.executable dem.launcher"),
     (_fractions, "formulation.phases"),
     (_packing, "formulation.phases formulation.expected_density_g_cm3 formulation.initial_packing_fraction"),
     (_whole_particles, "formulation.phases formulation.unit_mass_pg"),
@@ -478,6 +531,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_model_of_this_run, "run surrogate.model"),
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
     (_derived_ids, "slurries yardsticks convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
+    (_cooling, "relaxation.start_temperature_k dem.temperature_k"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
 
@@ -636,7 +690,7 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     if usable("run formulation force_field dem yardsticks convergence"):
         runs = [*slurries, *replicas(config, slurries), *timestep_runs(config, slurries)]
         lines += changed_physics(config, runs, Path("results") / config["run"]["name"])
-    return slurries, lines
+    return slurries, [_printable(line) for line in lines]
 
 
 def check(config: Mapping) -> list[str]:
@@ -706,7 +760,7 @@ def main() -> None:
     """Write the generated part of config/README.md anew."""
     path = ROOT / "config" / "README.md"
     written_by_hand, marker, _ = path.read_text(encoding="utf-8").partition(GENERATED)
-    write_text(path, written_by_hand + (marker or GENERATED) + reference())
+    path.write_text(written_by_hand + (marker or GENERATED) + reference(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from slurrycast.files import InputError, moved_into_place
+from slurrycast.files import InputError, check_unchanged, hdf5_moved_into_place
 
 _OF_SAMPLES = ("features", "targets", "slurry_index", "particle_id", "is_validation")
 _OF_SLURRIES = ("input_edges_um", "target_edges_um")
@@ -88,7 +88,7 @@ def _check(path: str | Path, data: TrainingSet) -> None:
 def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
     """Write `data`, compressed; `seed` is the one of the split. InputError for wrong shapes and values not finite."""
     _check(path, data)
-    with moved_into_place(path) as part, h5py.File(part, "w") as file:
+    with hdf5_moved_into_place(path) as file:
         for name in _OF_SAMPLES + _OF_SLURRIES:
             file.create_dataset(name, data=getattr(data, name), compression="gzip", shuffle=True)
         for name in _IN_UM:
@@ -99,7 +99,8 @@ def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
 
 
 def read_training_set(path: str | Path) -> TrainingSet:
-    """Read what `write_training_set` wrote. InputError if it is no such file, or for what writing refuses."""
+    """Read what `write_training_set` wrote. InputError for another or a changed file, or what writing refuses."""
+    check_unchanged(path)  # the HDF5 library may hang on a damaged file
     try:
         with h5py.File(path) as file:
             data = TrainingSet(
@@ -109,7 +110,9 @@ def read_training_set(path: str | Path) -> TrainingSet:
                 input_frames=tuple(int(frame) for frame in file.attrs["input_frames"]),
                 target_frame=int(file.attrs["target_frame"]),
             )
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a readable training set ({str(error).splitlines()[0]})") from error
-    _check(path, data)
+        _check(path, data)
+    except InputError:
+        raise
+    except (OSError, KeyError, AttributeError, TypeError, ValueError, RuntimeError) as error:
+        raise InputError(f"{path}: not a readable training set ({' '.join(str(error).split())})") from error
     return data

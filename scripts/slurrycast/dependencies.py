@@ -6,8 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SURROGATES = "scripts/slurrycast/surrogates"
-# How files are moved into place and seconds are counted: used by all scripts, and no reason to repeat a run of days.
-PLUMBING = {"scripts/slurrycast/files.py", "scripts/slurrycast/costs.py"}
+# How scripts start, stop, move files into place, go on and count seconds: no reason to repeat a run of days.
+PLUMBING = {f"scripts/slurrycast/{name}.py" for name in ("command_line", "costs", "files", "stopping", "work_folder")}
 
 
 @functools.cache

@@ -3,12 +3,18 @@
 import contextlib
 import glob
 import hashlib
+import io
 import os
 import socket
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import h5py
 
 CHECKSUMS = ".checksums"  # folder beside the files, with one file for each, as `sha256sum -c` reads it
+VERSIONS_VARIABLE = "SLURRYCAST_VERSIONS"  # of the environment: name of the versions with which outputs are made
 
 
 class InputError(ValueError):
@@ -39,8 +45,9 @@ def _part(path: Path) -> Path:
     Its own, since a process whose workflow was killed may still be about to write the same file.
     """
     here = socket.gethostname()
-    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}"):
-        host, _, pid = left.name[len(path.stem) + 2 : -len(f".part{path.suffix}")].rpartition("-")
+    pattern = f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}"
+    for left in (*path.parent.glob(pattern), *path.parent.glob(f"{CHECKSUMS}/{pattern}.sha256")):
+        host, _, pid = left.name[len(path.stem) + 2 :].partition(f".part{path.suffix}")[0].rpartition("-")
         if host == here and pid.isdecimal() and not Path("/proc", pid).exists():
             left.unlink(missing_ok=True)
     return path.with_name(f".{path.stem}.{here}-{os.getpid()}.part{path.suffix}")
@@ -51,24 +58,67 @@ def moved_into_place(path: str | Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; move it to `path` when the block ends without an error.
 
     No reader ever meets a half-written file, and an earlier `path` survives a failure. The suffix stays the same, since
-    some libraries choose the format by it. The checksum is kept for `check_unchanged`.
+    some libraries choose the format by it. The checksum is kept for `check_unchanged`. A full disk and the like is an
+    OSError that names `path`.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = _part(path)
     kept = _checksum_file(path)
+    written = kept.with_name(f"{part.name}.sha256")
     try:
         yield part
         line = f"{checksum(part)}  {path.name}\n"
+        if versions := os.environ.get(VERSIONS_VARIABLE):
+            line += f"# versions {versions}\n"
         kept.parent.mkdir(exist_ok=True)
+        written.write_text(line, encoding="utf-8")
         # A kill between these leaves a file without checksum, never one with that of another content.
         kept.unlink(missing_ok=True)
         os.replace(part, path)
-        written = kept.with_name(f"{part.name}.sha256")
-        written.write_text(line, encoding="utf-8")
         os.replace(written, kept)
+    except OSError as error:
+        if error.errno is None or error.filename not in (None, str(part), part):
+            raise
+        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
     finally:
         part.unlink(missing_ok=True)
+        written.unlink(missing_ok=True)
+
+
+class _Unfailing(io.FileIO):
+    """A file whose writes always seem to succeed; `failure` is the first error."""
+
+    failure: OSError | None = None
+
+    def write(self, data) -> int:
+        """Write all of `data`; return its length in any case."""
+        left = memoryview(data).cast("B")
+        n_bytes = len(left)
+        try:
+            while left:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.failure = self.failure or error
+        return n_bytes
+
+
+@contextlib.contextmanager
+def hdf5_moved_into_place(path: str | Path) -> Iterator["h5py.File"]:
+    """Yield an HDF5 file to write to, and move it to `path` as `moved_into_place` does.
+
+    HDF5 does not get over a write that fails: it complains for each object that it cannot flush, and may crash. So it
+    learns nothing of a full disk, and the error is raised when it has closed the file.
+    """
+    import h5py
+
+    with moved_into_place(path) as part, _Unfailing(part, "w+") as raw:
+        try:
+            with h5py.File(raw, "w") as file:
+                yield file
+        finally:
+            if raw.failure:
+                raise raw.failure
 
 
 def check_unchanged(path: str | Path) -> None:

@@ -21,9 +21,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from slurrycast.files import InputError, moved_into_place
+from slurrycast.files import InputError, check_unchanged, hdf5_moved_into_place
 
 GROUP = "particles/slurry"
+# What h5py and numpy raise for a file that is HDF5, but has something else in a place: no such name, a group for an
+# array, text for numbers.
+NOT_AS_EXPECTED = (OSError, KeyError, AttributeError, TypeError, ValueError, RuntimeError)
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,22 @@ class FrameStore:
         self.frame_numbers = file["parameters/frame_numbers"][:]
         self.steps = group["position/step"][:]
         self.times_us = group["position/time"][:]
+        self._check()
         self._row = {int(number): row for row, number in enumerate(self.frame_numbers)}
+
+    def _check(self) -> None:
+        """Refuse arrays whose shapes or kinds do not belong together; ValueError says which."""
+        n, frames = len(self.particles.id), len(self.frame_numbers)
+        found = {name: self._group[name] for name, _, _ in _STATIC}
+        found |= {f"{name}/value": self._group[f"{name}/value"] for name, _, _ in _TIME_DEPENDENT}
+        found |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
+        of_frames = {"frame_numbers": (), "position/step": (), "position/time": (), "coordination/value": (n,)}
+        of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3)}
+        of_frames |= {"box/edges/value": (3,), "box/lower/value": (3,)}
+        for name, array in found.items():
+            shape = (frames, *of_frames[name]) if name in of_frames else (n,)
+            if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
+                raise ValueError(f"{name} holds {array.dtype} of shape {array.shape}, expected are numbers of {shape}")
 
     @property
     def last(self) -> int:
@@ -92,7 +110,7 @@ class FrameStore:
             raise InputError(f"{self.path}: frame {k} is not in the file, which holds frames {held}")
         try:
             return self._group[f"{name}/value"][self._row[k]]
-        except (OSError, KeyError) as error:
+        except NOT_AS_EXPECTED as error:
             raise _unreadable(self.path, error) from error
 
     def position_um(self, k: int) -> np.ndarray:
@@ -142,20 +160,21 @@ class FrameStore:
 
 
 def read_frames(path: str | Path) -> FrameStore:
-    """Open a frame store; use it as a context manager. InputError if it is no such file."""
+    """Open a frame store; use it as a context manager. InputError if it is no such file, or not as it was written."""
     path = Path(path)
+    check_unchanged(path)  # the HDF5 library may hang on a damaged file
     file = None
     try:
         file = h5py.File(path, "r")
         return FrameStore(path, file)
-    except (OSError, KeyError) as error:
+    except NOT_AS_EXPECTED as error:
         if file is not None:
             file.close()
         raise _unreadable(path, error) from error
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
-    return InputError(f"{path}: not a readable frame store ({str(error).splitlines()[0]})")
+    return InputError(f"{path}: not a readable frame store ({' '.join(str(error).split())})")
 
 
 # name in the file, field of Frame, unit
@@ -186,7 +205,7 @@ def write_frames(
 
     `attributes` say where the frames come from (strings and numbers).
     """
-    with moved_into_place(path) as part, h5py.File(part, "w") as file:
+    with hdf5_moved_into_place(path) as file:
         file.create_group("h5md").attrs["version"] = np.array([1, 1])
         for role, value in (
             ("author", {"name": "SlurryCast"}),

@@ -140,6 +140,6 @@ def read_dump(path: str | Path) -> Iterator[DumpFrame]:
 
 def _whole(lines: _Lines) -> int:
     text = lines.next()
-    if not text.isdecimal():
+    if not text.isdecimal() or len(text) > 18:  # what an int64 holds
         raise lines.error(f"{text[:60]!r} is no whole number")
     return int(text)

@@ -46,7 +46,7 @@ def read_log(path: str | Path) -> Log:
         raise RunError(f"LAMMPS wrote no log: {error.strerror}; log: {path}") from error
     error = re.search(r"^ERROR.*", text, re.MULTILINE)
     if error:
-        raise RunError(f"LAMMPS: {error[0].strip()}; log: {path}")
+        raise RunError(f"LAMMPS: {' '.join(error[0].split())}; log: {path}")
     columns: tuple[str, ...] = ()
     rows: list[list[float]] = []
     for line in text.splitlines():
@@ -62,7 +62,7 @@ def read_log(path: str | Path) -> Log:
     if END_MARKER not in text:
         raise RunError(f"LAMMPS: the log ends without {END_MARKER!r}; the run was cut off; log: {path}")
     version = re.search(r"^LAMMPS \((.*?)\)", text, re.MULTILINE)
-    grids = re.findall(r"(\d+) by (\d+) by (\d+) MPI processor grid", text)
+    grids = re.findall(r"(\d{1,9}) by (\d{1,9}) by (\d{1,9}) MPI processor grid", text)
     return Log(
         version=version[1] if version else "unknown",
         ranks=prod(map(int, grids[-1])) if grids else 0,

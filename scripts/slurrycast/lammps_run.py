@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
+
 from slurrycast.files import InputError, RunError
 from slurrycast.lammps_log import Log, read_log, thermo_row
 
@@ -117,9 +119,8 @@ def run_lammps(
                 elif progress and "v_density_g_cm3" in columns and (row := thermo_row(line, len(columns))):
                     progress(int(row[0]), row[columns.index("v_density_g_cm3")])
         except BaseException:
-            with contextlib.suppress(ProcessLookupError):
-                # a launcher ends its ranks when it is asked to end; LAMMPS itself does not hear
-                process.terminate() if launcher.ranks > 1 else process.kill()
+            with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
+                _end(process, launcher.ranks)
             raise
     if error:  # of any rank; the log holds those of the first one
         raise RunError(f"LAMMPS: {error}; log: {folder / log}")
@@ -133,6 +134,17 @@ def run_lammps(
             f"log: {folder / log}"
         )
     return result
+
+
+def _end(process: subprocess.Popen, ranks: int) -> None:
+    """End LAMMPS: a launcher ends its ranks when it is asked to; one that runs alone does not hear that."""
+    if ranks > 1:
+        process.terminate()
+        return
+    for child in psutil.Process(process.pid).children(recursive=True):  # `lmp` may be a script that starts LAMMPS
+        with contextlib.suppress(psutil.NoSuchProcess):
+            child.kill()
+    process.kill()
 
 
 def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[str, str]) -> subprocess.Popen:

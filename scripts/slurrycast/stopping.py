@@ -8,7 +8,8 @@ import psutil
 
 from slurrycast.files import Unfinished
 
-GRACE_S = 20.0  # schedulers kill 30 s after SIGTERM, as a rule
+GRACE_S = 20  # schedulers kill 30 s after SIGTERM, as a rule
+RESERVE_S = 60.0  # of a budget, at most half of it: for the start of the job and to gather the outputs
 MARGIN = 1.2  # by so much the next segment may take longer than the one before
 
 
@@ -16,17 +17,19 @@ class Stop:
     """Tells whether another segment may begin, and whether the running one may go on.
 
     `budget_s` counts from the start of this process; 0 is no limit. SIGUSR1 lets the running segment end. So does
-    SIGTERM if it will take at most GRACE_S; otherwise the segment is given up.
+    SIGTERM if it should take at most GRACE_S; if not, or if it does take longer, the segment is given up.
     """
 
     def __init__(self, name: str, budget_s: float) -> None:
         self._name, self._budget_s = name, budget_s
+        self._usable_s = max(budget_s - RESERVE_S, budget_s / 2)
         self.asked: str | None = None  # name of the signal
         self._from = self._to = 0
         self._began_s = self._per_step_s = math.nan
         self._began_any = False
         signal.signal(signal.SIGUSR1, self._on_signal)
         signal.signal(signal.SIGTERM, self._on_signal)
+        signal.signal(signal.SIGALRM, self._give_up)
 
     def begin(self, first: int, last: int) -> None:
         """Raise Unfinished unless the segment between two steps may begin.
@@ -37,7 +40,7 @@ class Stop:
             raise Unfinished(f"[{self._name}] stopped at step {first} by {self.asked}: the same command goes on")
         elapsed_s = time.time() - psutil.Process().create_time()
         needed_s = MARGIN * (last - first) * self._per_step_s
-        if self._began_any and self._budget_s and elapsed_s + needed_s > self._budget_s:
+        if self._began_any and self._budget_s and elapsed_s + needed_s > self._usable_s:
             raise Unfinished(
                 f"[{self._name}] stopped at step {first}: the next segment takes about {needed_s:.0f} s, and "
                 f"{elapsed_s:.0f} of {self._budget_s:.0f} s are gone: the same command goes on"
@@ -54,5 +57,10 @@ class Stop:
 
     def _on_signal(self, number: int, _) -> None:
         self.asked = signal.Signals(number).name
-        if number == signal.SIGTERM and not self._left_s() <= GRACE_S:  # not known counts as long
-            raise Unfinished(f"[{self._name}] stopped by {self.asked} amid a segment: the same command goes on")
+        if number == signal.SIGTERM:
+            if not self._left_s() <= GRACE_S:  # not known counts as long
+                self._give_up()
+            signal.alarm(GRACE_S)
+
+    def _give_up(self, *_) -> None:
+        raise Unfinished(f"[{self._name}] stopped by {self.asked} amid a segment: the same command goes on")

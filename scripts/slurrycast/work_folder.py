@@ -147,19 +147,21 @@ def _holder(file: Path) -> str:
 
 
 class _Both(io.TextIOBase):
-    """Writes to two streams."""
+    """Writes to two streams; one that nobody reads any more does not matter: signals end the reader of a log too."""
 
     def __init__(self, first: io.TextIOBase, second: io.TextIOBase) -> None:
         self._streams = (first, second)
 
     def write(self, text: str) -> int:
         for stream in self._streams:
-            stream.write(text)
+            with contextlib.suppress(BrokenPipeError):
+                stream.write(text)
         return len(text)
 
     def flush(self) -> None:
         for stream in self._streams:
-            stream.flush()
+            with contextlib.suppress(BrokenPipeError):
+                stream.flush()
 
 
 @contextlib.contextmanager

@@ -1,11 +1,7 @@
 """The whole workflow at tiny scale, with real LAMMPS and real Keras, in a checkout whose path has spaces."""
 
 import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from html.parser import HTMLParser
 from itertools import product
 from pathlib import Path
@@ -17,57 +13,33 @@ import pandas as pd
 import pytest
 import yaml
 
-PARTS = ("Snakefile", "config", "envs", "profiles", "scripts", "workflow")
+from checkouts import snakemake
+from slurrycast.files import CHECKSUMS, check_unchanged, checksum
+
 SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "N1": "new"}
 SURROGATES = ["persistence", "affine", "linear", "vgg16"]
-FURTHER = ["vgg16_box", "vgg16_box_nobox", "affine_f02", "early_dem_x2", "early_dem_x10", "early_dem_x10_f02"]
+FURTHER = [
+    "neighbours",
+    "vgg16_box",
+    "vgg16_box_nobox",
+    "affine_f02",
+    "early_dem_x2",
+    "early_dem_x10",
+    "early_dem_x10_f02",
+]
+TINY = ("--configfile", "config/tiny.yaml")
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def project(tmp_path_factory) -> Path:
-    """A copy of what the workflow consists of."""
-    root, copy = Path(__file__).resolve().parents[2], tmp_path_factory.mktemp("a clean checkout")
-    for part in PARTS:
-        source = root / part
-        if source.is_dir():
-            shutil.copytree(source, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
-        else:
-            shutil.copy(source, copy / part)
-    return copy
-
-
-def snakemake(project: Path, *arguments: str, scale: str = "tiny", check: bool = True) -> str:
-    """Run Snakemake as a user does, without an activated environment; return all that it prints."""
-    program = Path(sys.executable).with_name("snakemake")
-    command = [program, *arguments, "--cores", "2", "--configfile", f"config/{scale}.yaml"]
-    environment = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "DISPLAY")}
-    done = subprocess.run(
-        command, cwd=project, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    if check:
-        assert done.returncode == 0, done.stdout[-5000:]
-    else:
-        assert done.returncode != 0
-    return done.stdout
-
-
-@pytest.fixture(scope="module")
-def results(project) -> Path:
-    """Results of the tiny configuration."""
-    snakemake(project)
-    return project / "results" / "tiny"
 
 
 @pytest.fixture(scope="module")
 def yardsticks(project, results) -> Path:
     """The same results with yardsticks and the study of the time step, made after the main job."""
-    snakemake(project, "yardsticks", "convergence")
+    snakemake(project, "yardsticks", "convergence", *TINY)
     return results
 
 
 def test_contract(results):
-    """Every file that other tools rely on is there, and no work folder or dump is left."""
+    """Every file that other tools rely on is there, and no work folder or dump is left, but for the trained model."""
     expected = ["config.yaml", "versions.json", "report.html", "dataset/training.h5"]
     expected += [f"dem/{slurry}/frame_{k}.restart" for slurry in SLURRIES for k in (7, 8, 9, 10)]
     expected += [f"frames/{slurry}.h5" for slurry in SLURRIES]
@@ -79,7 +51,10 @@ def test_contract(results):
         for name in ("predicted.h5", "wrapped.data", "relaxed.data")
     ]
     assert [name for name in expected if not (results / name).is_file()] == []
-    assert [path for path in results.rglob("*") if path.name in ("work", "dump.lammpstrj")] == []
+    left = {
+        path.relative_to(results).as_posix() for path in results.rglob("*") if path.name in ("work", "dump.lammpstrj")
+    }
+    assert left == {"models/vgg16/work"}
 
 
 def test_frames(results):
@@ -161,14 +136,22 @@ def test_report(results):
 
 def test_snakemake_report(project, results):
     """Figures and tables with captions, as Snakemake itself packs them."""
-    said = snakemake(project, "--report", "packed.html")
+    said = snakemake(project, "--report", "packed.html", *TINY)
     assert "WARNING" not in said  # of a caption that cannot be typeset
     assert "radial distribution function" in (project / "packed.html").read_text(encoding="utf-8")
 
 
-def test_versions(results):
-    versions = json.loads((results / "versions.json").read_text())
+def test_every_table_can_be_traced_to_the_versions_that_made_it(yardsticks):
+    versions = json.loads((yardsticks / "versions.json").read_text(encoding="utf-8"))
     assert {"lammps", "keras", "snakemake", "MDAnalysis"} <= set(versions["packages"])
+    tables = sorted((yardsticks / "tables").glob("*.csv"))
+    assert len(tables) > 10
+    for table in tables:
+        check_unchanged(table)
+        sum_, name = (table.parent / CHECKSUMS / f"{table.name}.sha256").read_text(encoding="utf-8").splitlines()
+        assert sum_ == f"{checksum(table)}  {table.name}"
+        made_with = yardsticks / "versions" / f"{name.removeprefix('# versions ')}.json"
+        assert json.loads(made_with.read_text(encoding="utf-8")) == versions
 
 
 def test_yardstick_tables(yardsticks):
@@ -220,8 +203,8 @@ def test_yardstick_page(yardsticks):
 
 
 def test_nothing_to_do_on_the_second_run(project, yardsticks):
-    assert "Nothing to be done" in snakemake(project)
-    assert "Nothing to be done" in snakemake(project, "yardsticks", "convergence")
+    assert "Nothing to be done" in snakemake(project, *TINY)
+    assert "Nothing to be done" in snakemake(project, "yardsticks", "convergence", *TINY)
 
 
 @pytest.mark.parametrize(
@@ -236,7 +219,7 @@ def test_edited_code_reruns_what_uses_it_and_never_a_dem(project, results, modul
     text = path.read_text()
     path.write_text(text + edit)
     try:
-        plan = snakemake(project, "--dry-run")
+        plan = snakemake(project, "--dry-run", *TINY)
     finally:
         path.write_text(text)
     rules = set(re.findall(r"^(?:local)?rule (\w+):", plan, re.MULTILINE))
@@ -249,7 +232,7 @@ def test_changed_physics_is_refused(project, results):
     config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
     config["dem"]["timestep_us"] = 0.001
     (project / "config" / "finer.yaml").write_text(yaml.safe_dump(config))
-    said = snakemake(project, scale="finer", check=False)
+    said = snakemake(project, "--configfile", "config/finer.yaml", fails=True)
     assert re.search(r"results/tiny: the DEM of slurry \w+ was run with dem.timestep_us = 0.002", said)
     assert "choose another run.name" in said
     assert (results / "dem" / "T1" / "run.json").stat().st_mtime_ns == before
@@ -262,7 +245,7 @@ def test_new_slurry_with_a_trained_model(project, results):
     config["run"]["name"], config["slurries"] = "one", "config/one.tsv"
     config["surrogate"]["model"] = "results/tiny/models/vgg16/model.keras"
     (project / "config" / "one.yaml").write_text(yaml.safe_dump(config))
-    said = snakemake(project, scale="one")
+    said = snakemake(project, "--configfile", "config/one.yaml")
     assert "train_surrogate" not in said
     one = project / "results" / "one"
     density = pd.read_csv(one / "tables" / "density_volume.csv")

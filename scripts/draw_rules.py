@@ -1,0 +1,34 @@
+"""Ask Snakemake for the graph of its rules.
+
+In: the effective configuration (YAML).
+Out: the graph in DOT, as `snakemake --rulegraph` prints it.
+"""
+
+import argparse
+import subprocess
+import sys
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.files import RunError, write_text
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument("--config", required=True, type=input_file, help="in: effective configuration, YAML")
+    parser.add_argument("--rulegraph", required=True, help="out: graph of the rules, DOT")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Ask and write."""
+    args = parse_args()
+    command = [sys.executable, "-m", "snakemake", "--rulegraph", "--configfile", args.config]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise RunError(f"snakemake --rulegraph: {' '.join(done.stderr.split())[-300:]}")
+    write_text(args.rulegraph, done.stdout)
+
+
+if __name__ == "__main__":
+    run_main(main)

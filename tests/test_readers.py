@@ -1,0 +1,317 @@
+"""Readers of what may be damaged, foreign or made by hand: the same data, or one line that names the file."""
+
+import json
+import shutil
+from contextlib import suppress
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from slurrycast.command_line import Parser, input_file
+from slurrycast.dataset import TrainingSet, read_training_set, write_training_set
+from slurrycast.files import CHECKSUMS, InputError, RunError, write_text
+from slurrycast.frames import Frame, Particles, read_frames, write_frames
+from slurrycast.lammps_dump import COLUMNS, read_dump
+from slurrycast.lammps_log import read_log
+from slurrycast.tables import read_equilibrium, read_table
+
+N = 8
+STORE = {"slurry": "A", "scale": 0.5}
+
+
+def write_store(path):
+    rng = np.random.default_rng(1)
+    particles = Particles(
+        id=np.arange(1, N + 1),
+        type=np.repeat([1, 2], N // 2),
+        phase=np.repeat([1, 2], N // 2),
+        size_class=np.ones(N, int),
+        radius_um=rng.random(N),
+        mass_pg=rng.random(N),
+        phase_names=("BDPD", "8YSZ"),
+    )
+    frames = [
+        Frame(
+            number=number,
+            step=50 * number,
+            time_us=0.1 * number,
+            position_um=rng.normal(size=(N, 3)),
+            scaled_position=rng.normal(size=(N, 3)),
+            coordination=rng.integers(0, 9, N, dtype=np.int32),
+            lower_um=-rng.random(3),
+            edges_um=1 + rng.random(3),
+        )
+        for number in (7, 120)
+    ]
+    write_frames(path, particles, frames, STORE)
+
+
+def store_content(path) -> list:
+    with read_frames(path) as store:
+        frames = [value for k in store.frame_numbers for value in vars(store.frame(k)).values()]
+        return [*vars(store.particles).values(), store.steps, store.times_us, *frames]
+
+
+def write_set(path):
+    rng = np.random.default_rng(5)
+    data = TrainingSet(
+        features=rng.normal(size=(N, 2, 6)),
+        targets=rng.normal(size=(N, 3)),
+        slurry_index=np.repeat([0, 1], N // 2),
+        slurries=("T1", "T2"),
+        particle_id=np.arange(N),
+        is_validation=np.arange(N) < 2,
+        feature_names=("phase", "radius_um", "x_um", "y_um", "z_um", "coordination"),
+        input_frames=(7, 8),
+        target_frame=120,
+        input_edges_um=rng.uniform(5, 9, (2, 2, 3)),
+        target_edges_um=rng.uniform(4, 5, (2, 3)),
+    )
+    write_training_set(path, data, seed=3)
+
+
+def set_content(path) -> list:
+    return list(vars(read_training_set(path)).values())
+
+
+HDF5 = {"frame store": (write_store, store_content), "training set": (write_set, set_content)}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Each kind of HDF5 file: path, bytes, reader, and what it reads."""
+    found = {}
+    for kind, (write, read) in HDF5.items():
+        path = tmp_path_factory.mktemp(kind) / "a file.h5"
+        write(path)
+        found[kind] = (path, path.read_bytes(), read, read(path))
+    return found
+
+
+def same(a: list, b: list) -> bool:
+    return len(a) == len(b) and all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
+
+
+@pytest.mark.parametrize("kind", HDF5)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(place=st.floats(0, 1, exclude_max=True), bit=st.integers(0, 7))
+def test_flipped_bit_is_noticed(written, kind, place, bit):
+    path, content, read, _ = written[kind]
+    damaged = bytearray(content)
+    damaged[int(place * len(content))] ^= 1 << bit
+    path.write_bytes(damaged)
+    with pytest.raises(InputError, match=r"a file\.h5: not what was written there, it is damaged or was edited"):
+        read(path)
+
+
+@pytest.mark.parametrize("kind", HDF5)
+@pytest.mark.parametrize("checksummed", [True, False])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(share=st.floats(0, 1, exclude_max=True))
+def test_truncated_file_is_noticed(written, tmp_path_factory, kind, checksummed, share):
+    path, content, read, _ = written[kind]
+    if not checksummed:
+        path = tmp_path_factory.mktemp("copied") / path.name
+    path.write_bytes(content[: int(share * len(content))])
+    says = "not what was written there" if checksummed else f"not a readable {kind}"
+    with pytest.raises(InputError, match=rf"a file\.h5: {says}"):
+        read(path)
+
+
+def names_in(content: bytes, path) -> list[str]:
+    """Groups, arrays and attributes (`@name`) of an HDF5 file."""
+    path.write_bytes(content)
+    names = []
+
+    def add(name, item):
+        names.extend([name, *(f"{name}@{attribute}" for attribute in item.attrs)])
+
+    with h5py.File(path) as file:
+        names += [f"@{attribute}" for attribute in file.attrs]
+        file.visititems(add)
+    return names
+
+
+FOREIGN = {
+    "none": None,
+    "text": "text",
+    "texts": ["a", "b", "c"],
+    "number": 3,
+    "empty": np.empty(0),
+    "one too few": np.ones(N - 1),
+    "three": np.ones((N, 3, 3)),
+    "NaN": np.nan,
+    "code": "__import__('os').system('touch x')",
+}
+
+
+@pytest.mark.parametrize("kind", HDF5)
+@pytest.mark.parametrize("instead", FOREIGN)
+def test_something_else_in_any_place_is_refused_or_not_needed(written, tmp_path, monkeypatch, kind, instead):
+    """A file without a checksum, as from elsewhere, with each of its parts missing or replaced in turn."""
+    monkeypatch.chdir(tmp_path)
+    _, content, read, good = written[kind]
+    path = tmp_path / "foreign.h5"
+    refused = 0
+    for name in names_in(content, path):
+        path.write_bytes(content)
+        item, _, attribute = name.partition("@")
+        with h5py.File(path, "r+") as file:
+            place = file[item or "/"].attrs if attribute else file
+            del place[attribute or item]
+            if FOREIGN[instead] is not None:
+                place[attribute or item] = FOREIGN[instead]
+        try:
+            found = read(path)
+        except InputError as error:
+            refused += 1
+            assert str(error).startswith(f"{path}: ")
+            assert len(str(error).splitlines()) == 1
+        else:
+            # of the attributes some are only shown, and others any text or number will do
+            assert attribute or same(found, good), name
+    assert refused > 5
+    assert [entry.name for entry in tmp_path.iterdir()] == ["foreign.h5"]
+
+
+# ---- text of LAMMPS
+
+LOG = """\
+LAMMPS (22 Jul 2025 - Update 4)
+  1 by 1 by 1 MPI processor grid
+   Step        v_time_us    v_density_g_cm3     Press
+       200   0.4            1.25              99.5
+       300   0.6            1.375            100.25
+Loop time of 2.5 on 1 procs for 200 steps with 78 atoms
+Total wall time: 0:00:02
+"""
+DUMP = f"""\
+ITEM: TIMESTEP
+0
+ITEM: NUMBER OF ATOMS
+2
+ITEM: BOX BOUNDS pp pp pp
+-2.0 2.0
+-2.0 2.0
+-2.0 2.0
+ITEM: ATOMS {" ".join(COLUMNS)}
+1 1 0.5 0.1 0.2 0.3 0.4 0.5 0.6 1
+2 1 0.5 0.1 0.2 0.3 0.4 0.5 0.6 1
+"""
+NUMBERS = ["nan", "-inf", "1e999", "9" * 5000, "-1", "0", "1_0", "٣", "²", "0x10", "", "\0"]
+
+
+def variants(text: str) -> st.SearchStrategy[str]:
+    """A text, any text, and the text with one of its words, lines or characters replaced by something else."""
+    words = text.split(" ")
+    lines = text.splitlines(keepends=True)
+    piece = st.one_of(st.sampled_from(NUMBERS), st.text(max_size=20))
+
+    def replaced(parts, glue):
+        places = st.integers(0, len(parts) - 1)
+        return st.builds(lambda at, new: glue.join([*parts[:at], new, *parts[at + 1 :]]), places, piece)
+
+    return st.one_of(st.text(), replaced(words, " "), replaced(lines, ""), replaced(list(text), ""))
+
+
+@settings(max_examples=300, deadline=None)
+@given(text=variants(LOG))
+@example(LOG.replace("1 by 1 by 1", f"{'9' * 5000} by 1 by 1"))
+@example(LOG.replace("300   0.6", f"{'9' * 400}   nan"))
+@example(LOG.replace("   Step        v_time_us", "   Step  Step"))
+def test_any_log_is_read_or_refused_with_its_place(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "any.log"
+    path.write_bytes(text.encode("utf-8", errors="surrogatepass"))
+    try:
+        log = read_log(path)
+    except RunError as error:
+        assert str(error).endswith(f"log: {path}")
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert np.isfinite(log.thermo).all()
+        assert log.thermo.shape == (len(log.thermo), len(log.columns))
+
+
+@settings(max_examples=300, deadline=None)
+@given(text=variants(DUMP))
+@example(DUMP.replace("ATOMS\n2\n", f"ATOMS\n{'9' * 5000}\n"))
+@example(DUMP.replace("ATOMS\n2\n", f"ATOMS\n{'9' * 30}\n"))
+@example(DUMP.replace("TIMESTEP\n0\n", f"TIMESTEP\n{'9' * 30}\n"))
+@example(DUMP.replace("ATOMS\n2\n", "ATOMS\n²\n"))
+def test_any_dump_is_read_or_refused_with_its_place(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "any.dump"
+    path.write_bytes(text.encode("utf-8", errors="surrogatepass"))
+    try:
+        frames = list(read_dump(path))
+    except InputError as error:
+        assert str(error).startswith(f"{path}: ")
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert frames
+        assert all(np.isfinite(frame.values).all() and (frame.edges_um > 0).all() for frame in frames)
+
+
+# ---- tables and JSON
+
+TABLE = "surrogate,slurry,warning,r2\n-,007,not in equilibrium,0.5\n-,T1,,1\n"
+
+
+@settings(max_examples=200, deadline=None)
+@given(content=st.one_of(st.binary(), variants(TABLE).map(lambda text: text.encode("utf-8", errors="surrogatepass"))))
+@example(b"")
+@example(b'a,b\n"1,2\n')
+@example(b"a,b\n1,2,3\n1,2,3,4\n")
+def test_any_table_is_read_or_refused_with_its_name(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(content)
+    for read in (read_table, read_equilibrium):
+        try:
+            assert isinstance(read(path), pd.DataFrame)
+        except InputError as error:
+            assert str(error).startswith(f"{path}: ")
+            assert len(str(error).splitlines()) == 1
+
+
+VALUES = st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda item: st.lists(item, max_size=3))
+TEXTS = st.one_of(st.text().map(str.encode), st.binary(), VALUES.map(lambda value: json.dumps(value).encode()))
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(content=TEXTS)
+@example(b"[" * 100_000)
+@example(b'{"a": ' * 100_000)
+@example(b"\xff\xfe")
+@example(b"9" * 5000)
+@example(b"{}")
+def test_any_json_input_is_a_mapping_or_refused_with_its_name(tmp_path_factory, capsys, content):
+    path = tmp_path_factory.getbasetemp() / "any.json"
+    path.write_bytes(content)
+    parser = Parser("A script.")
+    parser.add_argument("--inputs", type=input_file)
+    with suppress(SystemExit):
+        assert parser.parse_args(["--inputs", str(path)]).inputs == path
+        assert isinstance(json.loads(content), dict)
+        return
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: argument --inputs: {path}: not ")
+    assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["inputs.json", "table.csv", "model.keras"])
+def test_edited_input_is_refused_by_its_checksum(tmp_path, capsys, name):
+    path = tmp_path / name
+    write_text(path, "{}\n")
+    assert input_file(str(path)) == path
+    path.write_text("{} \n")
+    parser = Parser("A script.")
+    parser.add_argument("--inputs", type=input_file)
+    with pytest.raises(SystemExit) as exit_:
+        parser.parse_args(["--inputs", str(path)])
+    assert exit_.value.code == 2
+    assert capsys.readouterr().err.startswith(f"error: argument --inputs: {path}: not what was written there")
+    shutil.rmtree(tmp_path / CHECKSUMS)
+    assert input_file(str(path)) == path
