@@ -59,7 +59,7 @@ def small(monkeypatch):
 def full():
     import keras
 
-    vgg16._make_deterministic(seed=3, threads=1)
+    vgg16.make_deterministic(seed=3, threads=1)
     model = vgg16.build(4, 6)
     yield model
     keras.backend.clear_session()
@@ -178,7 +178,7 @@ def test_training_equals_keras_with_adamax(full):
 
 @pytest.mark.parametrize("n_frames", [1, 2, 3, 4, 5, 40])
 def test_training_equals_keras_for_any_number_of_frames(small, n_frames):
-    vgg16._make_deterministic(seed=3, threads=1)
+    vgg16.make_deterministic(seed=3, threads=1)
     assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-3)
 
 
@@ -392,7 +392,7 @@ def test_the_written_model_standardises_by_itself(small, unlike, tmp_path):
 
 def test_the_unit_weighs_the_error(small):
     """Loss and mean absolute error of (prediction - target) x unit, while training and after."""
-    vgg16._make_deterministic(seed=3, threads=1)
+    vgg16.make_deterministic(seed=3, threads=1)
     features, targets = (array.astype(np.float32) for array in samples(20))
     unit_um = np.random.default_rng(4).uniform(1, 3, (20, 3)).astype(np.float32)
     trainer = vgg16.Trainer(vgg16.build(4, 6), 1e-3)

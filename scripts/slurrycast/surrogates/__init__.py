@@ -39,6 +39,7 @@ _MODULES = {
     "linear": "slurrycast.surrogates.linear",
     "vgg16": "slurrycast.surrogates.vgg16",
     "vgg16_box": "slurrycast.surrogates.vgg16_box",
+    "neighbours": "slurrycast.surrogates.neighbours",
     "early_dem": "slurrycast.surrogates.early_dem",
 }
 NAMES = tuple(_MODULES)

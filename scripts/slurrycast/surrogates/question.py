@@ -47,7 +47,12 @@ class Question:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Unwrapped coordinates (n, 3) about the box centre in um; `edges_um` (3,) only if the surrogate found the box."""
+    """Unwrapped coordinates (n, 3) about the box centre in um.
+
+    `edges_um` (3,) only if the surrogate found the box, `spread_um` (n, 3) only if it says how sure it is: the standard
+    deviation that it expects of each coordinate.
+    """
 
     position_um: np.ndarray
     edges_um: np.ndarray | None = None
+    spread_um: np.ndarray | None = None

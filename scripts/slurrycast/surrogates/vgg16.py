@@ -10,22 +10,26 @@ exactly 0, Adamax never moves them, and the layer is a dense one with the centre
 layers are computed and updated in shards, whose arrays make better use of the cache.
 """
 
-import hashlib
-import json
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slurrycast.costs import spent_so_far
 from slurrycast.dataset import TrainingSet
 from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.files import InputError, RunError, check_unchanged, moved_into_place, write_text
+from slurrycast.files import InputError, RunError, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
+from slurrycast.surrogates.checkpoint import (
+    Progress,
+    fingerprint,
+    make_deterministic,
+    read_checkpoint,
+    write_checkpoint,
+)
 from slurrycast.surrogates.question import Prediction, Question
 
 if TYPE_CHECKING:
@@ -54,7 +58,6 @@ BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-7
 
 SHARD_UNITS = 512  # fastest of 128 to 4096 at batches of 100, where it saves 16 % of a step; no effect at 500
 PREDICTION_BATCH = 1024
-STATE = ("weights", "momentum", "norm")  # of a Trainer, as checkpoints name them
 
 
 def input_width(settings: Mapping) -> int:
@@ -217,6 +220,19 @@ class Trainer:
             x = tf.nn.relu(apply(next(layers)))
         return apply(next(layers))
 
+    def state(self) -> dict[str, list[np.ndarray]]:
+        """Weights and Adamax state, for a checkpoint."""
+        return {name: [variable.numpy() for variable in variables] for name, variables in self._variables().items()}
+
+    def set_state(self, state: Mapping[str, list[np.ndarray]]) -> None:
+        """Go back to a `state`."""
+        for name, variables in self._variables().items():
+            for variable, value in zip(variables, state[name], strict=True):
+                variable.assign(value)
+
+    def _variables(self) -> dict[str, list]:
+        return {"weights": self.weights, "momentum": self.momentum, "norm": self.norm, "steps": [self.steps]}
+
     def write_back(self, plain: "keras.Model", trained: list[np.ndarray]) -> None:
         """Give `plain` the weights `trained`, in the order of `weights`; its outer taps stay as they are."""
         weights = plain.get_weights()
@@ -239,83 +255,6 @@ class Trainer:
         predicted = [self.predict_on_batch(features[start : start + PREDICTION_BATCH]) for start in starts]
         error = (np.concatenate(predicted) - targets) * unit_um
         return np.array([np.mean(error**2), np.mean(abs(error))])
-
-
-@dataclass
-class Progress:
-    """Where a training stands, beside weights and optimizer."""
-
-    history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae of each epoch
-    best: list[np.ndarray] = field(default_factory=list)  # weights of the epoch with the lowest val_loss
-    earlier: dict[str, float] = field(default_factory=lambda: {"wall_s": 0.0, "cpu_s": 0.0})  # cost of other attempts
-
-
-def _write_checkpoint(path: Path, fingerprint: str, trainer: Trainer, progress: Progress) -> None:
-    import h5py
-
-    with moved_into_place(path) as part, h5py.File(part, "w") as file:
-        file.attrs["fingerprint"] = fingerprint
-        file.attrs["steps"] = int(trainer.steps)
-        for clock, own in spent_so_far().items():
-            file.attrs[clock] = progress.earlier[clock] + own
-        file["history"] = np.array(progress.history)
-        for name in STATE:
-            for place, variable in enumerate(getattr(trainer, name)):
-                file[f"{name}/{place}"] = variable.numpy()
-        for place, array in enumerate(progress.best):
-            file[f"best/{place}"] = array
-
-
-def _read_checkpoint(path: Path, fingerprint: str, trainer: Trainer, name: str) -> Progress:
-    import h5py
-
-    if not path.exists():
-        return Progress()
-    try:
-        check_unchanged(path)
-        with h5py.File(path) as file:
-            if file.attrs["fingerprint"] != fingerprint:
-                print(f"[{name}] {path} is of other settings or another data set: starting anew", flush=True)
-                return Progress()
-            state = {
-                part: [file[f"{part}/{place}"][:] for place in range(len(file[part]))] for part in (*STATE, "best")
-            }
-            progress = Progress(
-                history=list(file["history"][:]),
-                best=state["best"],
-                earlier={clock: float(file.attrs[clock]) for clock in ("wall_s", "cpu_s")},
-            )
-            steps = int(file.attrs["steps"])
-    except (OSError, KeyError, InputError) as error:
-        print(f"[{name}] {path} cannot be read ({error}): starting anew", flush=True)
-        return Progress()
-    trainer.steps.assign(steps)
-    for part in STATE:
-        for variable, value in zip(getattr(trainer, part), state[part], strict=True):
-            variable.assign(value)
-    print(f"[{name}] resuming after epoch {len(progress.history)}", flush=True)
-    return progress
-
-
-def _fingerprint(samples: Samples, settings: Mapping) -> str:
-    digest = hashlib.sha256(json.dumps(dict(settings), sort_keys=True).encode())
-    for array in vars(samples).values():
-        digest.update(np.ascontiguousarray(array))
-    return digest.hexdigest()
-
-
-def _make_deterministic(seed: int, threads: int) -> None:
-    start_keras()
-    import keras
-    import tensorflow as tf
-
-    try:
-        tf.config.threading.set_intra_op_parallelism_threads(threads)
-        tf.config.threading.set_inter_op_parallelism_threads(threads)
-    except RuntimeError:
-        print("TensorFlow is running already: its number of threads stays as it is", flush=True)
-    tf.config.experimental.enable_op_determinism()
-    keras.utils.set_random_seed(seed)
 
 
 def fit(
@@ -362,13 +301,16 @@ def train(
     for key in ("epochs", "batch_size", "learning_rate", "threads"):
         if not settings.get(key, 0) > 0:
             raise InputError(f"{name}: setting {key} is {settings.get(key)}, it must be above 0")
-    _make_deterministic(settings["seed"], settings["threads"])
+    make_deterministic(settings["seed"], settings["threads"])
     standardisation = Standardisation.of(samples) if standardised else None
     plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
     checkpoint = Path(work_directory) / "checkpoint.h5"
-    fingerprint = _fingerprint(samples, settings)
-    progress = _read_checkpoint(checkpoint, fingerprint, trainer, name)
+    identity = fingerprint(vars(samples).values(), settings)
+    progress = Progress()
+    if found := read_checkpoint(checkpoint, identity, name):
+        state, progress = found
+        trainer.set_state(state)
 
     if standardisation is not None:
         samples = standardisation.apply(samples)
@@ -397,7 +339,7 @@ def train(
             f"{now - start:.0f} s elapsed, {left_s:.0f} s left",
             flush=True,
         )
-        _write_checkpoint(checkpoint, fingerprint, trainer, progress)
+        write_checkpoint(checkpoint, identity, trainer.state(), progress)
 
     best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
     print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
@@ -430,7 +372,7 @@ def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
     if model.input_shape[1:] != features.shape[1:] or model.output_shape[1:] != (3,):
         raise InputError(

@@ -1,0 +1,84 @@
+"""Where a training stands, on disk after each epoch, and what makes it the same on each start."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.costs import spent_so_far
+from slurrycast.files import InputError, check_unchanged, hdf5_moved_into_place
+from slurrycast.surrogates import start_keras
+
+
+@dataclass
+class Progress:
+    """Where a training stands, beside weights and optimizer."""
+
+    history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae of each epoch
+    best: list[np.ndarray] = field(default_factory=list)  # weights of the epoch with the lowest val_loss
+    earlier: dict[str, float] = field(default_factory=lambda: {"wall_s": 0.0, "cpu_s": 0.0})  # cost of other attempts
+
+
+def fingerprint(arrays: Iterable[np.ndarray], settings: Mapping) -> str:
+    """Of a data set and settings: a digest that tells them from others."""
+    digest = hashlib.sha256(json.dumps(dict(settings), sort_keys=True).encode())
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array))
+    return digest.hexdigest()
+
+
+def write_checkpoint(path: Path, identity: str, state: Mapping[str, list[np.ndarray]], progress: Progress) -> None:
+    """Write the arrays of `state` (weights, optimizer) and the progress; cost is that of all attempts so far."""
+    with hdf5_moved_into_place(path) as file:
+        file.attrs["fingerprint"] = identity
+        for clock, own in spent_so_far().items():
+            file.attrs[clock] = progress.earlier[clock] + own
+        file["history"] = np.array(progress.history)
+        for name, arrays in {**state, "best": progress.best}.items():
+            group = file.create_group(name)
+            for place, array in enumerate(arrays):
+                group[str(place)] = array
+
+
+def read_checkpoint(path: Path, identity: str, name: str) -> tuple[dict[str, list[np.ndarray]], Progress] | None:
+    """State and progress that were written; None, and a line that says why, if they are of no use."""
+    import h5py
+
+    if not path.exists():
+        return None
+    try:
+        check_unchanged(path)
+        with h5py.File(path) as file:
+            if file.attrs["fingerprint"] != identity:
+                print(f"[{name}] {path} is of other settings or another data set: starting anew", flush=True)
+                return None
+            groups = [key for key in file if key != "history"]
+            state = {key: [file[f"{key}/{place}"][()] for place in range(len(file[key]))] for key in groups}
+            progress = Progress(
+                history=list(file["history"][:]),
+                best=state.pop("best"),
+                earlier={clock: float(file.attrs[clock]) for clock in ("wall_s", "cpu_s")},
+            )
+    except (OSError, KeyError, InputError) as error:
+        print(f"[{name}] {path} cannot be read ({error}): starting anew", flush=True)
+        return None
+    print(f"[{name}] resuming after epoch {len(progress.history)}", flush=True)
+    return state, progress
+
+
+def make_deterministic(seed: int, threads: int) -> None:
+    """Start TensorFlow with so many threads, and everything that it draws from this seed."""
+    start_keras()
+    import keras
+    import tensorflow as tf
+
+    try:
+        tf.config.threading.set_intra_op_parallelism_threads(threads)
+        tf.config.threading.set_inter_op_parallelism_threads(threads)
+    except RuntimeError:
+        print("TensorFlow is running already: its number of threads stays as it is", flush=True)
+    tf.config.experimental.enable_op_determinism()
+    keras.utils.set_random_seed(seed)

@@ -1,0 +1,125 @@
+"""The network of the surrogate `neighbours`: messages between neighbours that move an estimate of the displacement.
+
+It sees distances, and directions only as what displacements are along them or as ways to move. So a slurry that is
+shifted, turned or mirrored gets the same answer, shifted, turned or mirrored, and one whose particles come in another
+order the same in that order. The estimate is moved by every layer, and the next one sees distances as they are then, as
+in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844.
+"""
+
+from collections.abc import Sequence
+
+import keras
+import numpy as np
+import tensorflow as tf
+from keras import layers
+
+MOVE_UM = 0.1  # typical move by one layer, for weights of order 1
+NEIGHBOURS = 5.0  # typical number of close ones, for sums of order 1
+DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width of the basis of distances
+DISTANCE_WIDTH_UM = 0.15
+GAPS_UM = np.linspace(-0.25, 0.75, 9, dtype=np.float32)  # of distances between surfaces, below 0 where two overlap
+GAP_WIDTH_UM = 0.1
+LOG_VARIANCE = -2.5  # of um2, before training
+
+
+@keras.saving.register_keras_serializable("slurrycast")
+class Interaction(layers.Layer):
+    """One exchange of messages, and the move that follows from it."""
+
+    def __init__(self, width: int, n_vectors: int, cutoff_um: float, **kwargs) -> None:
+        super().__init__(**kwargs)
+        self.width, self.n_vectors, self.cutoff_um = width, n_vectors, cutoff_um
+        # the first layer of a message, as a sum of what receiver, sender and their places contribute
+        self.of_receiver = layers.Dense(width)
+        self.of_sender = layers.Dense(width, use_bias=False)
+        self.of_places = layers.Dense(width, use_bias=False)
+        self.message = layers.Dense(width, activation="silu")
+        self.push = layers.Dense(1 + n_vectors, use_bias=False, kernel_initializer="zeros")  # none from no message
+        self.drift = layers.Dense(n_vectors, kernel_initializer="zeros")
+        self.normalised = layers.LayerNormalization()
+        self.inner = layers.Dense(width, activation="silu")
+        self.outer = layers.Dense(width)
+
+    def get_config(self) -> dict:
+        """Arguments of the constructor."""
+        own = {"width": self.width, "n_vectors": self.n_vectors, "cutoff_um": self.cutoff_um}
+        return {**super().get_config(), **own}
+
+    def build(self, state_shape, *_) -> None:
+        """Make the weights."""
+        n_places = len(DISTANCES_UM) + len(GAPS_UM) + self.n_vectors + 2
+        for layer, width in (
+            (self.of_receiver, self.width),
+            (self.of_sender, self.width),
+            (self.of_places, n_places),
+            (self.message, self.width),
+            (self.push, self.width),
+            (self.drift, self.width),
+            (self.normalised, 2 * self.width),
+            (self.inner, 2 * self.width),
+            (self.outer, self.width),
+        ):
+            layer.build((None, width))
+
+    def call(self, state, moved_um, vectors, radius_um, receivers, senders, separation_um):
+        """State (n, width) and estimate (n, 3) after the exchange; see `build` for the others."""
+        relative = tf.gather(vectors, senders) - tf.gather(vectors, receivers)
+        apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
+        distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
+        direction = apart_um / distance_um
+        gap_um = distance_um - (tf.gather(radius_um, senders) + tf.gather(radius_um, receivers))[:, None]
+        places = tf.concat(
+            [
+                tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
+                tf.exp(-(((gap_um - GAPS_UM) / GAP_WIDTH_UM) ** 2)),
+                tf.reduce_sum(direction[:, :, None] * relative, axis=1),
+                distance_um,
+                gap_um,
+            ],
+            axis=1,
+        )
+        message = tf.gather(self.of_receiver(state), receivers) + tf.gather(self.of_sender(state), senders)
+        message = self.message(tf.nn.silu(message + self.of_places(places)))
+        # neighbours come and go at the cutoff without a jump
+        first_um = tf.sqrt(tf.reduce_sum(separation_um**2, axis=1, keepdims=True))
+        message *= 0.5 * (1.0 + tf.cos(np.pi * tf.minimum(first_um / self.cutoff_um, 1.0)))
+        push = self.push(message)
+        pushed = direction * push[:, :1] + tf.reduce_sum(relative * push[:, None, 1:], axis=2)
+        total = tf.math.unsorted_segment_sum(tf.concat([message, pushed], axis=1), receivers, tf.shape(state)[0])
+        drift = tf.reduce_sum(vectors * self.drift(state)[:, None, :], axis=2)
+        moved_um += MOVE_UM * (total[:, self.width :] + drift)
+        received = tf.concat([state, total[:, : self.width] / NEIGHBOURS], axis=1)
+        return state + self.outer(self.inner(self.normalised(received))), moved_um
+
+
+def build(n_scalars: int, n_vectors: int, n_layers: int, width: int, cutoff_um: float, name: str) -> keras.Model:
+    """Make the network with random weights; it begins as the affine map, with no displacement at all.
+
+    Inputs, of n particles and m directed neighbour pairs: scalars (n, `n_scalars`), vectors (n, 3, `n_vectors`),
+    radius_um (n,), receivers (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement
+    (n, 3) in um, and the logarithm of its variance per coordinate (n, 1), in um2.
+    """
+    scalars = keras.Input((n_scalars,), name="scalars")
+    vectors = keras.Input((3, n_vectors), name="vectors")
+    radius_um = keras.Input((), name="radius_um")
+    receivers = keras.Input((), dtype="int32", name="receivers")
+    senders = keras.Input((), dtype="int32", name="senders")
+    separation_um = keras.Input((3,), name="separation_um")
+    state = layers.Dense(width, name="state")(scalars)
+    moved_um = layers.Rescaling(0.0, name="affine")(vectors[:, :, 0])
+    for number in range(1, n_layers + 1):
+        interaction = Interaction(width, n_vectors, cutoff_um, name=f"interaction{number}")
+        state, moved_um = interaction(state, moved_um, vectors, radius_um, receivers, senders, separation_um)
+    log_variance = layers.Dense(width, activation="silu", name="doubt")(state)
+    log_variance = layers.Dense(
+        1, kernel_initializer="zeros", bias_initializer=keras.initializers.Constant(LOG_VARIANCE), name="log_variance"
+    )(log_variance)
+    inputs = [scalars, vectors, radius_um, receivers, senders, separation_um]
+    return keras.Model(inputs, [moved_um, log_variance], name=name)
+
+
+def joined(members: Sequence[keras.Model]) -> keras.Model:
+    """All members as one model, with displacements (n, 3) -> (n, members, 3) and log variances (n, members, 1)."""
+    inputs = [keras.Input(i.shape[1:], dtype=i.dtype, name=i.name) for i in members[0].inputs]
+    answers = zip(*(member(inputs) for member in members), strict=True)
+    return keras.Model(inputs, [keras.ops.stack(outputs, axis=1) for outputs in answers], name="neighbours")

@@ -1,0 +1,291 @@
+"""Message passing: neighbours across the periodic faces, the same answer however a slurry is put, resumed training."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slurrycast.dataset import TrainingSet, split
+from slurrycast.features import FEATURE_NAMES
+from slurrycast.files import InputError
+from slurrycast.frames import Frame, Particles
+from slurrycast.periodic import minimum_image, to_scaled
+from slurrycast.surrogates import neighbours
+from slurrycast.surrogates.question import Question
+
+SETTINGS = {
+    "members": 2,
+    "epochs": 3,
+    "learning_rate": 1e-2,
+    "weight_decay": 1e-2,
+    "layers": 2,
+    "width": 8,
+    "cutoff_um": 1.6,
+    "threads": 1,
+    "seed": 5,
+}
+EDGES_UM = np.array([4.2, 4.2, 6.3])
+SHRINKAGE = (1.3, 1.25, 1.22)  # of the edges at three input frames
+
+
+def slurry(n=60, seed=0) -> tuple[np.ndarray, np.ndarray]:
+    """Features (n, 3, 6) of particles that drift while their box shrinks, and edges (3, 3)."""
+    rng = np.random.default_rng(seed)
+    scaled = rng.uniform(-0.5, 0.5, (n, 3)) + np.cumsum(rng.normal(0, 0.01, (3, n, 3)), axis=0)
+    edges_um = np.array(SHRINKAGE)[:, None] * EDGES_UM
+    static = np.column_stack([rng.integers(1, 4, n), rng.uniform(0.25, 0.55, n)])
+    frames = [
+        np.column_stack([static, place * edge_um, rng.integers(0, 9, n)])
+        for place, edge_um in zip(scaled, edges_um, strict=True)
+    ]
+    return np.stack(frames, axis=1), edges_um
+
+
+def training_set() -> TrainingSet:
+    """Two slurries whose particles move towards where they came from."""
+    made = [slurry(seed=seed) for seed in (1, 2)]
+    features = np.concatenate([history for history, _ in made])
+    scaled = [history[..., 2:5] / edges_um for history, edges_um in made]
+    targets = np.concatenate([(2 * place[:, -1] - place[:, 0]) * EDGES_UM for place in scaled])
+    n = len(features) // 2
+    return TrainingSet(
+        features,
+        targets,
+        np.repeat([0, 1], n),
+        ("T1", "T2"),
+        np.tile(np.arange(n), 2),
+        split(2 * n, 0.2, seed=1),
+        FEATURE_NAMES,
+        (8, 9, 10),
+        120,
+        np.stack([edges_um for _, edges_um in made]),
+        np.stack([EDGES_UM] * 2),
+    )
+
+
+def question(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray = EDGES_UM) -> Question:
+    n = len(history)
+    phase = history[:, 0, 0].astype(int)
+    particles = Particles(
+        np.arange(1, n + 1), phase, phase, np.ones(n, int), history[:, 0, 1], np.ones(n), ("BDPD", "NiO", "8YSZ")
+    )
+    frames = tuple(
+        Frame(
+            8 + k,
+            500 * (8 + k),
+            8.0 + k,
+            place,
+            to_scaled(place, -edge / 2, edge),
+            contacts.astype(int),
+            -edge / 2,
+            edge,
+        )
+        for k, (place, contacts, edge) in enumerate(
+            zip(history[..., 2:5].swapaxes(0, 1), history[..., 5].T, edges_um, strict=True), start=8
+        )
+    )
+    return Question("1", particles, frames, final_edges_um)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trained")
+    neighbours.fit(training_set(), SETTINGS, folder / "model.keras", folder / "history.csv", folder / "work")
+    return folder / "model.keras"
+
+
+def answer(model, *asked, **settings):
+    prediction = neighbours.predict(question(*asked), model, {**SETTINGS, **settings})
+    return prediction.position_um, prediction.spread_um
+
+
+def test_pairs_are_those_of_all_images(model):
+    rng = np.random.default_rng(3)
+    position_um = rng.uniform(-20, 20, (50, 3))
+    receivers, senders, separation_um = neighbours.neighbour_pairs(position_um, EDGES_UM, 1.6)
+    expected = {}
+    for i, j in itertools.permutations(range(50), 2):
+        apart_um = minimum_image(position_um[j] - position_um[i], EDGES_UM)
+        if np.linalg.norm(apart_um) < 1.6:
+            expected[i, j] = apart_um
+    assert list(zip(receivers.tolist(), senders.tolist(), strict=True)) == sorted(expected)
+    np.testing.assert_allclose(separation_um, [expected[pair] for pair in sorted(expected)], atol=1e-12)
+
+
+def test_pairs_agree_with_freud():
+    import freud
+
+    position_um = np.random.default_rng(4).uniform(-0.5, 0.5, (200, 3)) * 8
+    box = freud.box.Box.cube(8)
+    found = freud.locality.AABBQuery(box, position_um).query(position_um, {"r_max": 1.6, "exclude_ii": True})
+    pairs = {(int(i), int(j)) for i, j in found.toNeighborList()[:]}
+    receivers, senders, _ = neighbours.neighbour_pairs(position_um, np.full(3, 8.0), 1.6)
+    assert set(zip(receivers.tolist(), senders.tolist(), strict=True)) == pairs
+
+
+def test_particle_on_the_face_of_the_box():
+    position_um = np.array([[-1e-17, 0.0, 0.0], [4.2, 0.5, 0.0]])
+    receivers, _, separation_um = neighbours.neighbour_pairs(position_um, EDGES_UM, 1.6)
+    assert receivers.tolist() == [0, 1]
+    np.testing.assert_allclose(separation_um, [[0, 0.5, 0], [0, -0.5, 0]], atol=1e-12)
+
+
+def test_cutoff_beyond_half_the_box_is_refused(model):
+    with pytest.raises(InputError) as error:
+        answer(model, *slurry(), cutoff_um=2.2)
+    assert str(error.value) == (
+        "surrogate.neighbours.cutoff_um = 2.2: must be at most 2.1, half the shortest edge of the final box"
+    )
+
+
+def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
+    """Before the first step, so a training that learns nothing does no harm."""
+    monkeypatch.setattr(neighbours, "learning_rate_share", lambda share: 0.0)
+    settings = {**SETTINGS, "weight_decay": 0.0, "epochs": 1}
+    neighbours.fit(training_set(), settings, tmp_path / "model.keras", tmp_path / "history.csv", tmp_path)
+    history, edges_um = slurry()
+    position_um, spread_um = answer(tmp_path / "model.keras", history, edges_um)
+    np.testing.assert_allclose(position_um, history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, atol=1e-6)
+    np.testing.assert_allclose(spread_um, np.exp(-2.5 / 2), rtol=1e-5)
+
+
+def test_answer_is_not_the_affine_map(model):
+    history, edges_um = slurry()
+    moved_um = answer(model, history, edges_um)[0] - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+    assert np.sqrt(np.mean(moved_um**2)) > 0.01  # what the tests below say would else be empty
+
+
+def test_order_of_the_particles_does_not_matter(model):
+    history, edges_um = slurry()
+    order = np.random.default_rng(7).permutation(len(history))
+    for one, other in zip(answer(model, history, edges_um), answer(model, history[order], edges_um), strict=True):
+        np.testing.assert_allclose(other, one[order], atol=1e-5)
+
+
+def test_shift_of_all_particles_shifts_the_answer(model):
+    """By different lengths in each frame's own box: the origin of the box has no meaning."""
+    history, edges_um = slurry()
+    shifted = history.copy()
+    scaled = np.array([0.31, -0.77, 2.2])
+    shifted[..., 2:5] += scaled * edges_um
+    position_um, spread_um = answer(model, history, edges_um)
+    moved_um, moved_spread_um = answer(model, shifted, edges_um)
+    np.testing.assert_allclose(moved_um, position_um + scaled * EDGES_UM, atol=1e-5)
+    np.testing.assert_allclose(moved_spread_um, spread_um, atol=1e-5)
+
+
+def test_particle_may_be_given_by_any_of_its_images(model):
+    history, edges_um = slurry()
+    other = history.copy()
+    other[5, :, 2:5] += edges_um * np.array([1, -2, 0])
+    position_um, moved_um = answer(model, history, edges_um)[0], answer(model, other, edges_um)[0]
+    expected = position_um.copy()
+    expected[5] += EDGES_UM * np.array([1, -2, 0])
+    np.testing.assert_allclose(moved_um, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("axes", "signs"),
+    [((0, 1, 2), (-1, -1, -1)), ((1, 2, 0), (1, 1, 1)), ((0, 2, 1), (1, -1, 1)), ((2, 1, 0), (1, 1, 1))],
+)
+def test_turned_and_mirrored_slurry_gets_the_answer_turned_and_mirrored(model, axes, signs):
+    history, edges_um = slurry()
+    turned = history.copy()
+    turned[..., 2:5] = history[..., 2:5][..., axes] * signs
+    position_um, spread_um = answer(model, history, edges_um)
+    other_um, other_spread_um = answer(model, turned, edges_um[:, axes], EDGES_UM[list(axes)])
+    np.testing.assert_allclose(other_um, position_um[:, axes] * signs, atol=1e-5)
+    np.testing.assert_allclose(other_spread_um, spread_um[:, axes], atol=1e-5)
+
+
+def test_slurry_repeated_in_space_gets_the_same_answer_in_each_copy(model):
+    """A box twice as long with everything twice in it is the same slurry: size does not matter."""
+    history, edges_um = slurry()
+    copies = np.concatenate([history, history])
+    half = np.array([0, 0, 0.5])
+    copies[: len(history), :, 2:5] -= half * edges_um
+    copies[len(history) :, :, 2:5] += half * edges_um
+    long = np.array([1, 1, 2])
+    position_um, spread_um = answer(model, history, edges_um)
+    both_um, both_spread_um = answer(model, copies, edges_um * long, EDGES_UM * long)
+    # the volume ratio, and with it all else, is the same
+    for part, shift in ((slice(None, len(history)), -half), (slice(len(history), None), half)):
+        np.testing.assert_allclose(both_um[part], position_um + shift * EDGES_UM, atol=1e-5)
+        np.testing.assert_allclose(both_spread_um[part], spread_um, atol=1e-5)
+
+
+def test_neighbours_come_and_go_without_a_jump(model):
+    """A particle that crosses the cutoff of another changes nothing at once."""
+    history, edges_um = slurry()
+    receivers, senders, separation_um = neighbours.neighbour_pairs(
+        history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, EDGES_UM, 1.6
+    )
+    distance_um = np.linalg.norm(separation_um, axis=1)
+    edge = int(np.argmax(distance_um))
+    direction = separation_um[edge] / distance_um[edge]
+    answers = []
+    for distance in (1.6 - 1e-6, 1.6 + 1e-6):
+        moved = history.copy()
+        moved[senders[edge], :, 2:5] += direction * (distance - distance_um[edge]) / EDGES_UM * edges_um
+        answers.append(answer(model, moved, edges_um)[0][receivers[edge]])
+    np.testing.assert_allclose(*answers, atol=1e-3)
+
+
+def test_training_learns(tmp_path):
+    settings = {**SETTINGS, "members": 1, "epochs": 60}
+    neighbours.fit(training_set(), settings, tmp_path / "model.keras", tmp_path / "history.csv", tmp_path)
+    loss = [float(line.split(",")[1]) for line in (tmp_path / "history.csv").read_text().splitlines()[1:]]
+    assert len(loss) == 60
+    assert loss[-1] < 0.5 * loss[0]
+
+
+@pytest.mark.parametrize("member", [1, 2])
+def test_killed_training_ends_like_an_undisturbed_one(tmp_path, monkeypatch, capsys, member):
+    def fitted(folder):
+        places = folder / "model.keras", folder / "history.csv", folder / "work"
+        spent = neighbours.fit(training_set(), SETTINGS, *places)
+        return places[1].read_text(), answer(places[0], *slurry()), spent
+
+    undisturbed = fitted(tmp_path / "undisturbed")
+    shares, learning_rate_share = [], neighbours.learning_rate_share
+
+    def dies(share):
+        shares.append(share)
+        if len(shares) == 6 * (member - 1) + 5:  # in the last of three epochs of two slurries
+            raise KeyboardInterrupt
+        return learning_rate_share(share)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(neighbours, "learning_rate_share", dies)
+        fitted(tmp_path / "killed")
+    capsys.readouterr()
+    resumed = fitted(tmp_path / "killed")
+    assert f"[neighbours {member}] resuming after epoch 2" in capsys.readouterr().out
+    assert resumed[0] == undisturbed[0]
+    for one, other in zip(resumed[1], undisturbed[1], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert resumed[2]["cpu_s"] > 0
+
+
+def test_learning_rate_rises_and_falls():
+    shares = np.linspace(0, 1, 101)
+    rates = [neighbours.learning_rate_share(share) for share in shares]
+    assert rates[0] == 0
+    assert max(rates) == pytest.approx(1) and rates.index(max(rates)) == 15
+    assert rates[-1] == pytest.approx(0)
+
+
+def test_models_that_do_not_fit_are_refused(model, tmp_path):
+    (tmp_path / "model.keras").write_text("no model")
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        answer(tmp_path / "model.keras", *slurry())
+    history, edges_um = slurry()
+    with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
+        answer(model, history[:, 1:], edges_um[1:])
+    asked = question(history, edges_um)
+    four = asked.particles.phase.copy()
+    four[0] = 4
+    asked = replace(asked, particles=replace(asked.particles, phase=four))
+    with pytest.raises(InputError, match="phase 4 is not known, it was trained on 3"):
+        neighbours.predict(asked, model, SETTINGS)
