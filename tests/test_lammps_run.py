@@ -203,6 +203,21 @@ def test_error_that_only_the_screen_shows_is_passed_on(folder, variables, tmp_pa
         run_lammps(Launcher(str(failing), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
 
 
+@pytest.mark.parametrize(
+    ("free", "cause"), [(1 << 30, ""), (1000, "; the disk is full"), (None, "; the work folder is gone")]
+)
+def test_what_lammps_does_not_say_is_added(folder, variables, tmp_path, monkeypatch, free, cause):
+    failing = tmp_path / "lmp_failing"
+    remove = f"rm -r '{folder}'" if free is None else ":"
+    failing.write_text(f"#!/bin/sh\n{remove}\necho 'ERROR: Unexpected end of data file'\nexit 1\n")
+    failing.chmod(0o755)
+    usage = lammps_run.shutil.disk_usage(tmp_path)._replace(free=free or 1 << 30)
+    monkeypatch.setattr(lammps_run.shutil, "disk_usage", lambda _: usage)
+    with pytest.raises(RunError) as error:
+        run_lammps(Launcher(str(failing), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+    assert str(error.value) == f"LAMMPS: ERROR: Unexpected end of data file{cause}; log: {folder / 'push_off.log'}"
+
+
 def test_executable_may_be_given_relative_to_the_project(folder, variables, tmp_path, monkeypatch):
     (tmp_path / "my bin").mkdir()
     (tmp_path / "my bin" / "lmp").symlink_to(shutil.which("lmp"))

@@ -18,6 +18,7 @@ from slurrycast.files import InputError, RunError
 from slurrycast.lammps_log import Log, read_log, thermo_row
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "lammps"
+DISK_FULL_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -123,10 +124,10 @@ def run_lammps(
                 _end(process, launcher.ranks)
             raise
     if error:  # of any rank; the log holds those of the first one
-        raise RunError(f"LAMMPS: {error}; log: {folder / log}")
+        raise RunError(f"LAMMPS: {error}{_cause(folder)}; log: {folder / log}")
     if process.returncode:
         said = " ".join(tail)[-300:]
-        raise RunError(f"LAMMPS ended with exit code {process.returncode}: {said}; log: {folder / log}")
+        raise RunError(f"LAMMPS ended with exit code {process.returncode}: {said}{_cause(folder)}; log: {folder / log}")
     result = read_log(folder / log)
     if result.ranks != launcher.ranks:
         raise RunError(
@@ -134,6 +135,13 @@ def run_lammps(
             f"log: {folder / log}"
         )
     return result
+
+
+def _cause(folder: Path) -> str:
+    """What LAMMPS may not have said: that its disk is full or its folder gone."""
+    if not folder.exists():
+        return "; the work folder is gone"
+    return "; the disk is full" if shutil.disk_usage(folder).free < DISK_FULL_BYTES else ""
 
 
 def _end(process: subprocess.Popen, ranks: int) -> None:
