@@ -251,7 +251,9 @@ def test_without_held_out_slurries_the_tables_are_empty(run, noise):
         ),
     ],
 )
-def test_lists_that_do_not_match_are_refused(run, script, arguments, message):
-    process, _ = run(script, *arguments)
+def test_lists_that_do_not_match_are_refused(run, tmp_path, script, arguments, message):
+    for name in "abn":
+        (tmp_path / name).touch()
+    process, _ = run(script, *[tmp_path / word if word in ("a", "b", "n") else word for word in arguments])
     assert process.returncode == 2
     assert message in process.stderr
