@@ -48,7 +48,7 @@ def campaign(args: argparse.Namespace, folder: Path) -> Iterator[Injection]:
     """The whole campaign in `folder`; yields what was injected, as it happens."""
     limit_s = time.monotonic() + 60 * args.minutes
     project, reference = Project(folder / "checkout", args.target, args.overlay), folder / "reference"
-    spans_s = kills.undisturbed(project, "--notemp")
+    typical_s = kills.undisturbed(project, "--notemp")
     shutil.copytree(project.results, reference, ignore=shutil.ignore_patterns("dump.lammpstrj", "work"))
     jobs = project.jobs(project.target)
     if args.no_yardsticks:
@@ -59,8 +59,7 @@ def campaign(args: argparse.Namespace, folder: Path) -> Iterator[Injection]:
     yield from corruption.refused(project, readers, args.seed, limit_s, args.files)
     if args.files is None:
         yield from corruption.redone(project, reference, jobs, args.seed, limit_s)
-    plan = kills.planned(args.seed, args.kills, spans_s)
-    yield from kills.torture(project, reference, spans_s, plan, args.seed, limit_s)
+    yield from kills.Torture(project, reference, jobs, typical_s, args.seed).run(args.kills, limit_s)
     if not args.no_folders:
         yield from folders.vanishing(project, reference, jobs, args.seed, limit_s)
         yield from folders.full_and_read_only(project, reference, jobs, args.seed, limit_s)

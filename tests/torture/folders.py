@@ -140,7 +140,11 @@ def vanishing(project: Project, reference: Path, jobs: Iterable[Job], seed: int,
                 time.sleep(0.01)
             shutil.rmtree(work, ignore_errors=True)
             said, _ = process.communicate(timeout=CALL_LIMIT_S)
-        injection = judged(project, job, "vanished work folder", "while it ran", before, process.returncode, said)
+        kind, how = "vanished work folder", "while it ran"
+        if process.returncode:
+            injection = judged(project, job, kind, how, before, process.returncode, said)
+        else:  # it had no need of what was there
+            injection = Injection(kind, job.rule, "results folder", how, "it ended all the same")
         injection.lost = "; ".join(filter(None, [injection.lost, *succeeding(project, reference, job)]))
         yield injection
 

@@ -4,7 +4,6 @@ import contextlib
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 import time
@@ -15,8 +14,9 @@ from pathlib import Path
 
 import psutil
 
-ROOT = Path(__file__).resolve().parents[2]
-PARTS = ("Snakefile", "config", "envs", "profiles", "scripts", "workflow")
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from checkouts import copy_checkout
+
 MARK = "SLURRYCAST_TORTURE"  # environment variable that all processes of a campaign inherit, orphans too
 CALL_LIMIT_S = 900.0  # a call of Snakemake that takes longer hangs
 ORPHAN_LIMIT_S = 90.0  # orphans that live longer were left behind
@@ -73,12 +73,7 @@ class Project:
     _log_start: int = 0
 
     def __post_init__(self) -> None:
-        self.folder.mkdir(parents=True)
-        for part in PARTS:
-            if (ROOT / part).is_dir():
-                shutil.copytree(ROOT / part, self.folder / part, ignore=shutil.ignore_patterns("__pycache__"))
-            else:
-                shutil.copy(ROOT / part, self.folder)
+        copy_checkout(self.folder)
 
     @property
     def results(self) -> Path:
@@ -139,6 +134,10 @@ class Project:
         """Run a job by its own command, in the folders that Snakemake makes for it."""
         self.prepare(job)
         return self.shell(job.command)
+
+    def made(self, job: Job) -> bool:
+        """Whether all outputs of a job are there; the dump does not stay."""
+        return all((self.folder / name).exists() for name in job.outputs if not name.endswith("dump.lammpstrj"))
 
     def prepare(self, job: Job) -> None:
         """Make the folders of a job's outputs and of its log."""
