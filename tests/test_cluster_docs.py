@@ -121,3 +121,17 @@ def test_memory(root, text):
     )
     assert peak_mb.max_rss_mb.max() - peak_mb.max_rss_mb.min() < 1
     assert said in re.sub(r"\s+", " ", text)
+
+
+def test_side_by_side_is_faster_than_two_ranks(root, text):
+    times = pd.read_csv(root / "results" / "reference" / "mpi" / "ranks.csv").groupby("particles")
+    times = times[["side_by_side_s", "two_ranks_s"]].median()
+    one_after_the_other_s = 2 * times.two_ranks_s
+    assert (one_after_the_other_s > times.side_by_side_s).all()
+    for particles, row in times.iterrows():
+        both_s = 2 * row.two_ranks_s
+        line = f"| {particles:,} | {row.side_by_side_s:.2f} | {both_s:.2f} | {both_s / row.side_by_side_s:.2f} |"
+        assert line in text.splitlines()
+    for scale in (root / "config").glob("*.yaml"):
+        ranks = (yaml.safe_load(scale.read_text()).get("dem") or {}).get("ranks", 1)
+        assert ranks == 1, scale
