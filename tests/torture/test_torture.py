@@ -174,13 +174,8 @@ def test_reference_campaign():
     lost = Counter(row["kind"] for row in rows if row["lost"])
     for kind, number in kinds.items():
         assert f"| {kind} | {number} | {number - lost[kind]} | {lost[kind]} |" in docs
-    told = {("record_run", "damaged file"), ("train_surrogate", "vanished work folder")}
-    assert {(row["stage"], row["kind"]) for row in rows if row["lost"]} == told
-    assert {row["stage"] for row in rows if row["kind"] == "kill"} == {"DEM", "extraction", "data set"}
-    kills = list(csv.DictReader(REFERENCE.with_name("kills.csv").open()))
-    assert {row["kind"] for row in kills} == {"kill"}
-    assert f"A second call with {len(kills)} kills" in docs
-    assert [row for row in kills if row["lost"]] == []
+    assert not lost
+    kills = [row for row in rows if row["kind"] == "kill"]
     assert {row["stage"] for row in kills} == set(STAGES)
     assert {row["target"] for row in kills} == set(VICTIMS)
     for stage in STAGES:
