@@ -20,3 +20,10 @@ def results(project) -> Path:
     """Results of the tiny configuration."""
     snakemake(project, *TINY)
     return project / "results" / "tiny"
+
+
+@pytest.fixture(scope="session")
+def yardsticks(project, results) -> Path:
+    """The same results with yardsticks and the study of the time step, made after the main job."""
+    snakemake(project, "yardsticks", "convergence", *TINY)
+    return results
