@@ -28,15 +28,19 @@ def parse_args() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def input_shape(path: Path) -> tuple[int, int]:
-    """Frames and features that a model takes; InputError if the file is no Keras model with such an input."""
+def input_shapes(path: Path) -> dict[str, tuple[int | None, ...]]:
+    """Shapes of a model's inputs by their names, without the batch; InputError if the file is no Keras model."""
     try:
         with zipfile.ZipFile(path) as archive:
             layers = json.loads(archive.read("config.json"))["config"]["layers"]
-        _, frames, features = layers[0]["config"]["batch_shape"]
-        return frames, features
+        inputs = [layer["config"] for layer in layers if layer["class_name"] == "InputLayer"]
+        return {config["name"]: tuple(config["batch_shape"][1:]) for config in inputs}
     except (OSError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
-        raise InputError(f"surrogate.model: {path} is no Keras model of (frames, features) input ({error})") from error
+        raise InputError(f"surrogate.model: {path} is no Keras model ({error})") from error
+
+
+def _listed(shapes: dict[str, tuple[int | None, ...]]) -> str:
+    return ", ".join(" x ".join(map(str, shape)) for shape in shapes.values())
 
 
 def main() -> None:
@@ -44,12 +48,14 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
-        width = surrogates.load(label.name).input_width(label.settings)
-        shape, wanted = input_shape(args.trained), (len(args.input_frames), width)
-        if shape != wanted:
+        shapes = input_shapes(args.trained)
+        expected = surrogates.load(label.name).input_shapes(len(args.input_frames), label.settings)
+        # the one input of a network of one, whatever its name
+        found = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
+        if any(found.get(name) != shape for name, shape in expected.items()):
             raise InputError(
-                f"surrogate.model: {args.trained} takes {shape[0]} frames of {shape[1]} features, "
-                f"{args.surrogate} needs {wanted[0]} of {wanted[1]}"
+                f"surrogate.model: {args.trained} takes inputs of shape {_listed(shapes)}, "
+                f"{args.surrogate} needs {_listed(expected)}"
             )
         with moved_into_place(args.model) as part:
             shutil.copyfile(args.trained, part)

@@ -1,7 +1,8 @@
 """Train one surrogate on the training set.
 
-In: the training set (HDF5; lengths in um) and the surrogate's settings (JSON).
-Out: the model with the weights of the best validation epoch, and the learning curves (CSV: epoch, loss, mae, val_loss,
+In: the training set (HDF5; lengths in um), or for a surrogate that learns from frames the frame stores of the training
+slurries; and the surrogate's settings (JSON).
+Out: the model, and the learning curves (CSV: epoch, loss, mae, val_loss,
 val_mae; um2 for the mean squared errors `loss`, um for the mean absolute errors `mae`).
 
 A killed training continues from the work folder. The folder keeps the finished model: a workflow that is killed before
@@ -12,13 +13,16 @@ import argparse
 import hashlib
 import json
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
+from types import ModuleType
 
 from slurrycast import surrogates
 from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost, spent_so_far
 from slurrycast.dataset import read_training_set
 from slurrycast.files import checksum, moved_into_place
+from slurrycast.trajectories import read_trajectories
 from slurrycast.work_folder import work_folder
 
 
@@ -26,7 +30,6 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument("--dataset", required=True, type=input_file, help="in: training set (HDF5)")
     parser.add_argument(
         "--settings",
         required=True,
@@ -38,7 +41,38 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--model", required=True, type=Path, help="out: trained model (.keras)")
     parser.add_argument("--history", required=True, type=Path, help="out: learning curves (CSV)")
     parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
-    return parser.parse_args()
+    samples = parser.add_argument_group("of a surrogate that learns from samples")
+    samples.add_argument("--dataset", type=input_file, help="in: training set (HDF5)")
+    frames = parser.add_argument_group("of one that learns from frames")
+    frames.add_argument("--frames", nargs="+", type=input_file, help="in: frame stores of the training slurries (HDF5)")
+    frames.add_argument(
+        "--validation-frames", nargs="*", default=[], type=input_file, help="in: those of slurries to test on (HDF5)"
+    )
+    frames.add_argument("--input-frames", nargs="+", type=int, help="frame numbers of the input")
+    frames.add_argument("--target-frame", type=int, help="frame number of the target")
+    args = parser.parse_args()
+    needed = _NEEDED[surrogates.load(surrogates.parse(args.surrogate).name).LEARNS_FROM]
+    if missing := [f"--{name.replace('_', '-')}" for name in needed if getattr(args, name) is None]:
+        parser.error(f"{args.surrogate} needs {', '.join(missing)}")
+    return args
+
+
+_NEEDED = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
+
+
+def lessons(surrogate: ModuleType, args: argparse.Namespace, settings: Mapping) -> tuple[tuple, int]:
+    """What the surrogate learns from, as the first arguments of its `fit`, and how many particles these are."""
+    if surrogate.LEARNS_FROM == "samples":
+        training_set = read_training_set(args.dataset)
+        return (training_set,), len(training_set)
+    slurries = read_trajectories(args.frames, surrogate.needed_frames(settings))
+    validation = read_trajectories(args.validation_frames, surrogate.needed_frames(settings, moved=False))
+    return (slurries, validation), sum(len(slurry.particles) for slurry in slurries)
+
+
+def learned_from(args: argparse.Namespace) -> list[Path]:
+    """Files that the result depends on."""
+    return [args.dataset] if args.dataset else [*args.frames, *args.validation_frames]
 
 
 def main() -> None:
@@ -46,19 +80,21 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     settings = {**args.settings, **label.settings, "seed": args.seed}
-    identity = hashlib.sha256(json.dumps([checksum(args.dataset), args.surrogate, settings]).encode()).hexdigest()
+    surrogate, sources = surrogates.load(label.name), learned_from(args)
+    if surrogate.LEARNS_FROM == "frames":
+        settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame}
+    known = [*map(checksum, sources), args.surrogate, settings]
+    identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
-        training_set = read_training_set(args.dataset)
+        learned, cost.particles = lessons(surrogate, args, settings)
         model, history = work.path / args.model.name, work.path / args.history.name
         if work.finished("training"):
             print(f"[{args.surrogate}] trained by an earlier attempt")
             earlier = work.cost("training")
         else:
-            fit = surrogates.load(label.name).fit
-            earlier = fit(training_set, settings, model, history, work.path)
+            earlier = surrogate.fit(*learned, settings, model, history, work.path)
             spent = {clock: earlier[clock] + own for clock, own in spent_so_far().items()}
             work.record("training", [model.name, history.name], spent)
-        cost.particles = len(training_set)
         cost.wall_s += earlier["wall_s"]
         cost.cpu_s += earlier["cpu_s"]
         for made, place in ((model, args.model), (history, args.history)):

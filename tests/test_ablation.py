@@ -126,4 +126,4 @@ def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(command, tmp_p
         assert done.returncode == 0, done.stderr
         assert (tmp_path / "out.keras").read_bytes() == (tmp_path / "trained.keras").read_bytes()
     else:
-        assert f"takes 4 frames of {width} features, {label} needs 4 of {wanted}" in done.stderr
+        assert f"takes inputs of shape 4 x {width}, {label} needs 4 x {wanted}" in done.stderr

@@ -1,18 +1,19 @@
 """Message passing: neighbours across the periodic faces, the same answer however a slurry is put, resumed training."""
 
 import itertools
+import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from slurrycast.dataset import TrainingSet, split
-from slurrycast.features import FEATURE_NAMES
 from slurrycast.files import InputError
 from slurrycast.frames import Frame, Particles
 from slurrycast.periodic import minimum_image, to_scaled
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.question import Question
+from slurrycast.trajectories import Trajectory
 
 SETTINGS = {
     "members": 2,
@@ -21,12 +22,17 @@ SETTINGS = {
     "weight_decay": 1e-2,
     "layers": 2,
     "width": 8,
+    "vectors": 4,
     "cutoff_um": 1.6,
+    "shift_frames": 1,
+    "input_frames": [8, 9, 10],
+    "target_frame": 120,
     "threads": 1,
     "seed": 5,
 }
 EDGES_UM = np.array([4.2, 4.2, 6.3])
 SHRINKAGE = (1.3, 1.25, 1.22)  # of the edges at three input frames
+PHASES = ("BDPD", "NiO", "8YSZ")
 
 
 def slurry(n=60, seed=0) -> tuple[np.ndarray, np.ndarray]:
@@ -42,56 +48,48 @@ def slurry(n=60, seed=0) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(frames, axis=1), edges_um
 
 
-def training_set() -> TrainingSet:
-    """Two slurries whose particles move towards where they came from."""
-    made = [slurry(seed=seed) for seed in (1, 2)]
-    features = np.concatenate([history for history, _ in made])
-    scaled = [history[..., 2:5] / edges_um for history, edges_um in made]
-    targets = np.concatenate([(2 * place[:, -1] - place[:, 0]) * EDGES_UM for place in scaled])
-    n = len(features) // 2
-    return TrainingSet(
-        features,
-        targets,
-        np.repeat([0, 1], n),
-        ("T1", "T2"),
-        np.tile(np.arange(n), 2),
-        split(2 * n, 0.2, seed=1),
-        FEATURE_NAMES,
-        (8, 9, 10),
-        120,
-        np.stack([edges_um for _, edges_um in made]),
-        np.stack([EDGES_UM] * 2),
+def particles_of(history: np.ndarray) -> Particles:
+    n, phase = len(history), history[:, 0, 0].astype(int)
+    return Particles(np.arange(1, n + 1), phase, phase, np.ones(n, int), history[:, 0, 1], np.ones(n), PHASES)
+
+
+def frame(number: int, place_um: np.ndarray, contacts: np.ndarray, edges_um: np.ndarray) -> Frame:
+    scaled = to_scaled(place_um, -edges_um / 2, edges_um)
+    return Frame(number, 500 * number, 1.0 * number, place_um, scaled, contacts.astype(int), -edges_um / 2, edges_um)
+
+
+def frames_of(history: np.ndarray, edges_um: np.ndarray, first: int = 8) -> tuple[Frame, ...]:
+    return tuple(frame(first + k, history[:, k, 2:5], history[:, k, 5], edges_um[k]) for k in range(history.shape[1]))
+
+
+def trajectory(name: str, seed: int) -> Trajectory:
+    """A slurry whose particles drift for five frames, and then go back to where they came from, and farther."""
+    rng = np.random.default_rng(seed)
+    drift = rng.normal(0, 0.01, (60, 1, 3)) * np.arange(5)[:, None]
+    scaled = rng.uniform(-0.5, 0.5, (60, 1, 3)) + drift
+    edges_um = np.array([1.35, *SHRINKAGE, 1.2])[:, None] * EDGES_UM
+    static = np.broadcast_to(
+        np.column_stack([rng.integers(1, 4, 60), rng.uniform(0.25, 0.55, 60)])[:, None], (60, 5, 2)
     )
+    history = np.concatenate([static, scaled * edges_um, rng.integers(0, 9, (60, 5, 1))], axis=2)
+    end = frame(120, (scaled[:, 0] - drift[:, -1]) * EDGES_UM, history[:, 0, 5], EDGES_UM)
+    return Trajectory(name, particles_of(history), {f.number: f for f in (*frames_of(history, edges_um, 7), end)})
+
+
+def fit(settings: dict, folder: Path, validation=("V1",)) -> dict[str, float]:
+    slurries = [trajectory(name, seed) for seed, name in enumerate(("T1", "T2"), start=1)]
+    places = folder / "model.keras", folder / "history.csv", folder / "work"
+    return neighbours.fit(slurries, [trajectory(name, 3) for name in validation], settings, *places)
 
 
 def question(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray = EDGES_UM) -> Question:
-    n = len(history)
-    phase = history[:, 0, 0].astype(int)
-    particles = Particles(
-        np.arange(1, n + 1), phase, phase, np.ones(n, int), history[:, 0, 1], np.ones(n), ("BDPD", "NiO", "8YSZ")
-    )
-    frames = tuple(
-        Frame(
-            8 + k,
-            500 * (8 + k),
-            8.0 + k,
-            place,
-            to_scaled(place, -edge / 2, edge),
-            contacts.astype(int),
-            -edge / 2,
-            edge,
-        )
-        for k, (place, contacts, edge) in enumerate(
-            zip(history[..., 2:5].swapaxes(0, 1), history[..., 5].T, edges_um, strict=True), start=8
-        )
-    )
-    return Question("1", particles, frames, final_edges_um)
+    return Question("1", particles_of(history), frames_of(history, edges_um), final_edges_um)
 
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trained")
-    neighbours.fit(training_set(), SETTINGS, folder / "model.keras", folder / "history.csv", folder / "work")
+    fit(SETTINGS, folder)
     return folder / "model.keras"
 
 
@@ -143,7 +141,7 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
     """Before the first step, so a training that learns nothing does no harm."""
     monkeypatch.setattr(neighbours, "learning_rate_share", lambda share: 0.0)
     settings = {**SETTINGS, "weight_decay": 0.0, "epochs": 1}
-    neighbours.fit(training_set(), settings, tmp_path / "model.keras", tmp_path / "history.csv", tmp_path)
+    fit(settings, tmp_path)
     history, edges_um = slurry()
     position_um, spread_um = answer(tmp_path / "model.keras", history, edges_um)
     np.testing.assert_allclose(position_um, history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, atol=1e-6)
@@ -234,7 +232,7 @@ def test_neighbours_come_and_go_without_a_jump(model):
 
 def test_training_learns(tmp_path):
     settings = {**SETTINGS, "members": 1, "epochs": 60}
-    neighbours.fit(training_set(), settings, tmp_path / "model.keras", tmp_path / "history.csv", tmp_path)
+    fit(settings, tmp_path)
     loss = [float(line.split(",")[1]) for line in (tmp_path / "history.csv").read_text().splitlines()[1:]]
     assert len(loss) == 60
     assert loss[-1] < 0.5 * loss[0]
@@ -243,9 +241,8 @@ def test_training_learns(tmp_path):
 @pytest.mark.parametrize("member", [1, 2])
 def test_killed_training_ends_like_an_undisturbed_one(tmp_path, monkeypatch, capsys, member):
     def fitted(folder):
-        places = folder / "model.keras", folder / "history.csv", folder / "work"
-        spent = neighbours.fit(training_set(), SETTINGS, *places)
-        return places[1].read_text(), answer(places[0], *slurry()), spent
+        spent = fit(SETTINGS, folder)
+        return (folder / "history.csv").read_text(), answer(folder / "model.keras", *slurry()), spent
 
     undisturbed = fitted(tmp_path / "undisturbed")
     shares, learning_rate_share = [], neighbours.learning_rate_share
@@ -284,8 +281,40 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
     with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
         answer(model, history[:, 1:], edges_um[1:])
     asked = question(history, edges_um)
-    four = asked.particles.phase.copy()
-    four[0] = 4
-    asked = replace(asked, particles=replace(asked.particles, phase=four))
-    with pytest.raises(InputError, match="phase 4 is not known, it was trained on 3"):
+    asked = replace(asked, particles=replace(asked.particles, phase_names=(*PHASES, "pore")))
+    with pytest.raises(InputError, match="was trained on 3 phases, slurry 1 has 4"):
         neighbours.predict(asked, model, SETTINGS)
+
+
+def test_windows_of_input_frames_lie_in_the_run():
+    assert neighbours.windows([7, 8, 9, 10], 1, 120) == [[6, 7, 8, 9], [7, 8, 9, 10], [8, 9, 10, 11]]
+    assert neighbours.windows([0, 1, 2], 2, 4) == [[0, 1, 2], [1, 2, 3]]
+    settings = {"input_frames": [8, 9, 10], "shift_frames": 2, "target_frame": 120}
+    assert neighbours.needed_frames(settings) == [6, 7, 8, 9, 10, 11, 12, 120]
+    assert neighbours.needed_frames(settings, moved=False) == [8, 9, 10, 120]
+
+
+def test_without_validation_slurries_their_columns_are_empty(tmp_path):
+    fit({**SETTINGS, "members": 1, "epochs": 1}, tmp_path, validation=())
+    header, row = (tmp_path / "history.csv").read_text().splitlines()
+    assert header == "epoch,loss,mae,val_loss,val_mae"
+    assert row.endswith(",,") and row.count(",") == 4
+
+
+def test_validation_slurries_change_nothing_but_their_losses(tmp_path):
+    for name, validation in (("with", ("V1",)), ("without", ())):
+        fit({**SETTINGS, "members": 1}, tmp_path / name, validation)
+    one, other = (answer(tmp_path / name / "model.keras", *slurry())[0] for name in ("with", "without"))
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(("frames", "fits"), [([8, 9, 10], True), ([7, 8, 9, 10], False)])
+def test_trained_network_is_adopted_if_its_input_frames_fit(command, model, tmp_path, frames, fits):
+    options = {"trained": model, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+    options |= {"cost": tmp_path / "cost.json", "input_frames": frames}
+    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
+    assert (done.returncode == 0) == fits, done.stderr
+    if fits:
+        assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
+    else:
+        assert "neighbours needs 3 x 3" in done.stderr

@@ -99,7 +99,7 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
     np.testing.assert_allclose(predicted.position_um, data.targets[own], rtol=0, atol=1e-12)
     np.testing.assert_allclose(fed[0], samples.features[own], rtol=1e-14)
     assert predicted.edges_um is None
-    assert fed[0].shape[2] == vgg16_box.input_width(settings)
+    assert fed[0].shape[1:] == vgg16_box.input_shapes(fed[0].shape[1], settings)["features"]
 
 
 @pytest.mark.parametrize("change", [None, "xu", "nobox"])

@@ -403,7 +403,7 @@ def _roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
 
 def _labels(config: Mapping, _) -> Iterator[str]:
     names, further = config["surrogate"]["names"], config["yardsticks"]["surrogates"]
-    inputs, target = config["learning"]["input_frames"], config["learning"]["target_frame"]
+    target = config["learning"]["target_frame"]
     for key, labels in (("surrogate.names", names), ("yardsticks.surrogates", further)):
         for text in labels:
             try:
@@ -414,10 +414,10 @@ def _labels(config: Mapping, _) -> Iterator[str]:
             surrogate, last = surrogates.load(label.name), label.last_frame
             if last is None:  # the last of the input frames
                 continue
-            if surrogate.MODEL_FILE is not None:
+            if surrogate.LEARNS_FROM == "samples":
                 yield f"{key}: {_shown(text)}: must be {label.name}, which learns from learning.input_frames only"
-            elif not 0 < last <= max(inputs) or last >= target:
-                yield f"{key}: {_shown(text)}: its last input frame must be 1 to {max(inputs)}, the last input frame"
+            elif not 0 < last < target:
+                yield f"{key}: {_shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"
             elif surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
                 yield f"{key}: {_shown(text)} starts at frame {last}: must be one of dem.restart_frames"
     for text in further:

@@ -97,9 +97,9 @@ def slurry_mb(wildcards, attempt):
 
 
 def last_frame(wildcards):
-    """Last frame of the DEM: a slurry of role `new` ends at the last input frame."""
+    """Last frame of the DEM: a slurry of role `new` ends at the last input frame of all surrogates of the main job."""
     new = RUNS[wildcards.slurry].role == "new"
-    return max(INPUT_FRAMES) if new else config["dem"]["frames"] - 1
+    return max(max(input_frames(label)) for label in SURROGATES) if new else config["dem"]["frames"] - 1
 
 
 def dem_priority(wildcards):
@@ -151,6 +151,28 @@ def model_of(label):
     """Model file of a surrogate, none if it does not learn."""
     file = MODULES[label].MODEL_FILE
     return f"{RESULTS}/models/{label}/{file}" if file else []
+
+
+def learns_from_frames(wildcards):
+    """Whether a surrogate learns from whole slurries, and not from the training set."""
+    return MODULES[wildcards.surrogate].LEARNS_FROM == "frames"
+
+
+def learned_from(wildcards):
+    """What train_surrogate reads."""
+    if not learns_from_frames(wildcards):
+        return {"dataset": rules.assemble_dataset.output.dataset}
+    frames = rules.extract_frames.output.frames
+    validation = expand(frames, slurry=with_role("validation"))
+    return {"frames": expand(frames, slurry=TRAINING), "validation_frames": validation}
+
+
+def learning_options(wildcards, input):
+    """Command line of train_surrogate that says what is learned from."""
+    if not learns_from_frames(wildcards):
+        return ["--dataset", input.dataset]
+    options = ["--frames", *input.frames, "--validation-frames", *input.validation_frames]
+    return [*options, "--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
 
 
 def surrogate_settings(wildcards):

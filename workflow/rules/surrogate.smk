@@ -1,8 +1,8 @@
 """Surrogates: trained on the data set or taken as they are, then asked for each slurry that was not trained on.
 
 REQUIRED INPUTS:
-    dataset/training.h5, or config[surrogate][model]; dataset/packing_fraction.json
-    frames/{slurry}.h5, dem/{slurry}/frame_<k>.restart
+    dataset/training.h5 and frames/{slurry}.h5, or config[surrogate][model]; dataset/packing_fraction.json
+    dem/{slurry}/frame_<k>.restart
     config[learning], config[surrogate]
 
 OUTPUTS:
@@ -14,9 +14,9 @@ if TRAINING_NEEDED:
 
     rule train_surrogate:
         input:
+            unpack(learned_from),
             script="scripts/train_surrogate.py",
             modules=lambda wildcards: modules("scripts/train_surrogate.py", LABELS[wildcards.surrogate].name),
-            dataset=rules.assemble_dataset.output.dataset,
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
@@ -36,8 +36,9 @@ if TRAINING_NEEDED:
             settings=surrogate_settings,
             seed=config["learning"]["seed"],
             work=lambda wildcards: f"{RESULTS}/models/{wildcards.surrogate}/work",
+            learned=learning_options,
         shell:
-            "python {input.script:q} --surrogate {wildcards.surrogate:q} --dataset {input.dataset:q}"
+            "python {input.script:q} --surrogate {wildcards.surrogate:q} {params.learned:q}"
             " --settings {params.settings:q} --seed {params.seed} --work {params.work:q}"
             " --model {output.model:q} --history {output.history:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"

@@ -7,13 +7,18 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     BOX_RULE        which rule gives the final box: one of final_box.RULES
     MODEL_FILE      "model.keras" (trained, with learning curves), "model.json" (fitted in closed form), or None:
                     nothing is learned
+    LEARNS_FROM     "samples" (particles of the training set, whatever their slurry), "frames" (whole slurries; then a
+                    label may have a last input frame of its own), or None
     CONTINUES_DEM   whether it goes on with the DEM from the restart file at the last input frame
     VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
     fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
                     trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); returns
                     wall_s and cpu_s that attempts before a kill have spent; the work directory is its own, to resume
                     from
+                    from frames: fit(slurries, validation, settings, ...), two lists of trajectories.Trajectory with the
+                    frames that needed_frames(settings, moved=...) names; settings has input_frames and target_frame
     fit(training_set, settings, model_path)                                              of a model.json
+    input_shapes(n_frames, settings) -> dict       of a model.keras: shapes by which one made elsewhere is known to fit
     predict(question, model_path, settings) -> Prediction                                see question.py
 
 `settings` are the surrogate's section of the configuration, the variant's groups, and `seed` for a fit. Modules are

@@ -14,6 +14,7 @@ NAME = "early_dem"
 LOOKS_AT = "all particles, their velocities and contacts at the last input frame, and the forces of the DEM"
 BOX_RULE = "simulated"
 MODEL_FILE = None
+LEARNS_FROM = None
 CONTINUES_DEM = True
 VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
 

@@ -1,9 +1,11 @@
 """The network of the surrogate `neighbours`: messages between neighbours that move an estimate of the displacement.
 
-It sees distances, and directions only as what displacements are along them or as ways to move. So a slurry that is
-shifted, turned or mirrored gets the same answer, shifted, turned or mirrored, and one whose particles come in another
-order the same in that order. The estimate is moved by every layer, and the next one sees distances as they are then, as
-in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844.
+A particle carries scalars and vectors. What it is told depends on scalars, distances, and its own and its neighbour's
+vectors along the line between them; vectors change by such lines, by vectors of neighbours, and by its own ones, each
+times a scalar. So a slurry that is shifted, turned or mirrored gets the same answer, shifted, turned or mirrored, and
+one whose particles come in another order the same in that order. Every layer moves the estimate, and the next one sees
+distances as they are then, as in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844; vectors as states
+are those of Schütt et al., arXiv:2102.03150.
 """
 
 from collections.abc import Sequence
@@ -19,6 +21,7 @@ DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width o
 DISTANCE_WIDTH_UM = 0.15
 GAPS_UM = np.linspace(-0.25, 0.75, 9, dtype=np.float32)  # of distances between surfaces, below 0 where two overlap
 GAP_WIDTH_UM = 0.1
+VECTOR_GAIN = 0.1  # of what scalars change of a vector's length in one layer
 LOG_VARIANCE = -2.5  # of um2, before training
 
 
@@ -34,36 +37,41 @@ class Interaction(layers.Layer):
         self.of_sender = layers.Dense(width, use_bias=False)
         self.of_places = layers.Dense(width, use_bias=False)
         self.message = layers.Dense(width, activation="silu")
-        self.push = layers.Dense(1 + n_vectors, use_bias=False, kernel_initializer="zeros")  # none from no message
-        self.drift = layers.Dense(n_vectors, kernel_initializer="zeros")
+        self.push = layers.Dense(2 * n_vectors, use_bias=False)  # none from no message
+        self.mixed = layers.Dense(n_vectors, use_bias=False)
+        self.compared = layers.Dense(n_vectors, use_bias=False)
         self.normalised = layers.LayerNormalization()
         self.inner = layers.Dense(width, activation="silu")
-        self.outer = layers.Dense(width)
+        self.outer = layers.Dense(width + 2 * n_vectors)
+        self.move = layers.Dense(1, use_bias=False, kernel_initializer="zeros")
 
     def get_config(self) -> dict:
         """Arguments of the constructor."""
         own = {"width": self.width, "n_vectors": self.n_vectors, "cutoff_um": self.cutoff_um}
         return {**super().get_config(), **own}
 
-    def build(self, state_shape, *_) -> None:
+    def build(self, *_) -> None:
         """Make the weights."""
-        n_places = len(DISTANCES_UM) + len(GAPS_UM) + self.n_vectors + 2
+        n_places = len(DISTANCES_UM) + len(GAPS_UM) + 2 * self.n_vectors + 2
+        received = 2 * self.width + 2 * self.n_vectors
         for layer, width in (
             (self.of_receiver, self.width),
             (self.of_sender, self.width),
             (self.of_places, n_places),
             (self.message, self.width),
             (self.push, self.width),
-            (self.drift, self.width),
-            (self.normalised, 2 * self.width),
-            (self.inner, 2 * self.width),
+            (self.mixed, self.n_vectors),
+            (self.compared, self.n_vectors),
+            (self.normalised, received),
+            (self.inner, received),
             (self.outer, self.width),
+            (self.move, self.n_vectors),
         ):
             layer.build((None, width))
 
-    def call(self, state, moved_um, vectors, radius_um, receivers, senders, separation_um):
-        """State (n, width) and estimate (n, 3) after the exchange; see `build` for the others."""
-        relative = tf.gather(vectors, senders) - tf.gather(vectors, receivers)
+    def call(self, state, vectors, moved_um, radius_um, receivers, senders, separation_um):
+        """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below."""
+        own, theirs = tf.gather(vectors, receivers), tf.gather(vectors, senders)
         apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
         distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
         direction = apart_um / distance_um
@@ -72,7 +80,8 @@ class Interaction(layers.Layer):
             [
                 tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
                 tf.exp(-(((gap_um - GAPS_UM) / GAP_WIDTH_UM) ** 2)),
-                tf.reduce_sum(direction[:, :, None] * relative, axis=1),
+                tf.einsum("ma,mac->mc", direction, own),
+                tf.einsum("ma,mac->mc", direction, theirs),
                 distance_um,
                 gap_um,
             ],
@@ -83,38 +92,54 @@ class Interaction(layers.Layer):
         # neighbours come and go at the cutoff without a jump
         first_um = tf.sqrt(tf.reduce_sum(separation_um**2, axis=1, keepdims=True))
         message *= 0.5 * (1.0 + tf.cos(np.pi * tf.minimum(first_um / self.cutoff_um, 1.0)))
-        push = self.push(message)
-        pushed = direction * push[:, :1] + tf.reduce_sum(relative * push[:, None, 1:], axis=2)
-        total = tf.math.unsorted_segment_sum(tf.concat([message, pushed], axis=1), receivers, tf.shape(state)[0])
-        drift = tf.reduce_sum(vectors * self.drift(state)[:, None, :], axis=2)
-        moved_um += MOVE_UM * (total[:, self.width :] + drift)
-        received = tf.concat([state, total[:, : self.width] / NEIGHBOURS], axis=1)
-        return state + self.outer(self.inner(self.normalised(received))), moved_um
+        push = self.push(message)[:, None, :]
+        pushed = direction[:, :, None] * push[..., : self.n_vectors] + theirs * push[..., self.n_vectors :]
+        sums = tf.concat([message, tf.reshape(pushed, (-1, 3 * self.n_vectors))], axis=1)
+        sums = tf.math.unsorted_segment_sum(sums, receivers, tf.shape(state)[0]) / NEIGHBOURS
+        vectors += tf.reshape(sums[:, self.width :], (-1, 3, self.n_vectors))
+        mixed = self.mixed(vectors)
+        received = tf.concat(
+            [
+                state,
+                sums[:, : self.width],
+                tf.reduce_sum(mixed * self.compared(vectors), axis=1),
+                tf.sqrt(tf.reduce_sum(vectors**2, axis=1) + 1e-6),
+            ],
+            axis=1,
+        )
+        answer = self.outer(self.inner(self.normalised(received)))
+        state += answer[:, : self.width]
+        stretched, turned = tf.split(answer[:, None, self.width :], 2, axis=2)
+        vectors = vectors * (1.0 + VECTOR_GAIN * stretched) + mixed * turned
+        return state, vectors, moved_um + MOVE_UM * self.move(vectors)[:, :, 0]
 
 
-def build(n_scalars: int, n_vectors: int, n_layers: int, width: int, cutoff_um: float, name: str) -> keras.Model:
+def build(
+    n_scalars: int, n_past: int, n_layers: int, width: int, n_vectors: int, cutoff_um: float, name: str
+) -> keras.Model:
     """Make the network with random weights; it begins as the affine map, with no displacement at all.
 
-    Inputs, of n particles and m directed neighbour pairs: scalars (n, `n_scalars`), vectors (n, 3, `n_vectors`),
-    radius_um (n,), receivers (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement
-    (n, 3) in um, and the logarithm of its variance per coordinate (n, 1), in um2.
+    Inputs, of n particles and m directed neighbour pairs: scalars (n, `n_scalars`), past (n, 3, `n_past`), radius_um
+    (n,), receivers (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement (n, 3) in
+    um, and the logarithm of its variance per coordinate (n, 1), in um2.
     """
     scalars = keras.Input((n_scalars,), name="scalars")
-    vectors = keras.Input((3, n_vectors), name="vectors")
+    past = keras.Input((3, n_past), name="past")
     radius_um = keras.Input((), name="radius_um")
     receivers = keras.Input((), dtype="int32", name="receivers")
     senders = keras.Input((), dtype="int32", name="senders")
     separation_um = keras.Input((3,), name="separation_um")
     state = layers.Dense(width, name="state")(scalars)
-    moved_um = layers.Rescaling(0.0, name="affine")(vectors[:, :, 0])
+    vectors = layers.Dense(n_vectors, use_bias=False, name="vectors")(past)
+    moved_um = layers.Rescaling(0.0, name="affine")(past[:, :, 0])
     for number in range(1, n_layers + 1):
         interaction = Interaction(width, n_vectors, cutoff_um, name=f"interaction{number}")
-        state, moved_um = interaction(state, moved_um, vectors, radius_um, receivers, senders, separation_um)
+        state, vectors, moved_um = interaction(state, vectors, moved_um, radius_um, receivers, senders, separation_um)
     log_variance = layers.Dense(width, activation="silu", name="doubt")(state)
     log_variance = layers.Dense(
         1, kernel_initializer="zeros", bias_initializer=keras.initializers.Constant(LOG_VARIANCE), name="log_variance"
     )(log_variance)
-    inputs = [scalars, vectors, radius_um, receivers, senders, separation_um]
+    inputs = [scalars, past, radius_um, receivers, senders, separation_um]
     return keras.Model(inputs, [moved_um, log_variance], name=name)
 
 

@@ -6,21 +6,23 @@ from each input frame to the next, and how much the box has still to shrink; edg
 motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its variance.
 Absolute places never enter.
 
+It learns from whole slurries, from their input frames and from the same number of frames that end up to `shift_frames`
+earlier or later, one of these at random in each epoch: the same way to the same end, seen from other places on it.
+
 `members` networks with seeds of their own are trained one after the other and stored as one. The prediction is their
 mean; its spread per coordinate is made of the variance that they expect and of that between them.
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slurrycast.dataset import TrainingSet
-from slurrycast.features import FEATURE_NAMES, particle_history
 from slurrycast.files import InputError, RunError, moved_into_place, write_text
+from slurrycast.frames import Frame, Particles
 from slurrycast.recipe import derived_seed
 from slurrycast.surrogates import start_keras
 from slurrycast.surrogates.checkpoint import (
@@ -31,9 +33,11 @@ from slurrycast.surrogates.checkpoint import (
     write_checkpoint,
 )
 from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.trajectories import Trajectory
 
 if TYPE_CHECKING:
     import keras
+    import tensorflow as tf
 
 NAME = "neighbours"
 LOOKS_AT = (
@@ -42,32 +46,35 @@ LOOKS_AT = (
 )
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
+LEARNS_FROM = "frames"
 CONTINUES_DEM = False
 VARIANT = None
 
-_PHASE, _RADIUS = (FEATURE_NAMES.index(name) for name in ("phase", "radius_um"))
-_COORDINATION = FEATURE_NAMES.index("coordination")
-_PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)
 # What the network is fed is of order 1 by these fixed scales. Standardised by the training set, the volume ratio would
 # be a name of each slurry, which a network learns by heart.
 TYPICAL_RADIUS_UM, RADIUS_RANGE_UM, TYPICAL_CONTACTS, TYPICAL_STEP_UM = 0.4, 0.2, 4.0, 0.05
 WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
 GRADIENT_NORM = 1.0
 DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
-INPUTS = ("scalars", "vectors", "radius_um", "receivers", "senders", "separation_um")
+INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
+
+
+def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
+    """Shape of the input that tells how many frames a network was trained on."""
+    return {"past": (3, n_frames - 1)}
 
 
 @dataclass(frozen=True)
 class Graph:
     """A slurry as the network sees it, n particles and m directed pairs.
 
-    scalars (n, phases + 2 frames + 1) and vectors (n, 3, frames - 1) in typical values, radius_um (n,), receivers and
-    senders (m,), sorted by receiver, separation_um (m, 3) from receiver to sender; affine_um (n, 3), the affine
-    prediction.
+    scalars (n, phases + 2 frames + 1) and past (n, 3, frames - 1), displacements beyond the affine map, in typical
+    values; radius_um (n,); receivers and senders (m,), sorted by receiver; separation_um (m, 3) from receiver to
+    sender; affine_um (n, 3), the affine prediction.
     """
 
     scalars: np.ndarray
-    vectors: np.ndarray
+    past: np.ndarray
     radius_um: np.ndarray
     receivers: np.ndarray
     senders: np.ndarray
@@ -98,28 +105,28 @@ def neighbour_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: fl
     return receivers, senders, separation_um - edges_um * np.round(separation_um / edges_um)
 
 
-def graph(
-    history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, n_phases: int, cutoff_um: float
-) -> Graph:
-    """Graph of a slurry: features (n, frames, 6), box edges (frames, 3) and those of the final box (3,); um."""
-    affine_um = history[..., _PLACE] / edges_um * final_edges_um
+def scaled_places(frame: Frame) -> np.ndarray:
+    """Unwrapped places (n, 3) about the box centre, in box edges."""
+    return frame.position_um / frame.edges_um
+
+
+def graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndarray, cutoff_um: float) -> Graph:
+    """Graph of a slurry from its input frames, in their order, and the edges (3,) of its final box in um."""
+    affine_um = np.stack([scaled_places(frame) * final_edges_um for frame in frames], axis=1)
     past_um = np.diff(affine_um, axis=1)
     past_um -= past_um.mean(axis=0)
-    phases = history[:, 0, _PHASE].astype(int)
-    if phases.max() > n_phases:
-        raise InputError(f"surrogate neighbours: phase {phases.max()} is not known, it was trained on {n_phases}")
     receivers, senders, separation_um = neighbour_pairs(affine_um[:, -1], final_edges_um, cutoff_um)
     scalars = [
-        np.eye(n_phases)[phases - 1],
-        (history[:, :1, _RADIUS] - TYPICAL_RADIUS_UM) / RADIUS_RANGE_UM,
-        history[..., _COORDINATION] / TYPICAL_CONTACTS,
+        np.eye(len(particles.phase_names))[particles.phase - 1],
+        (particles.radius_um[:, None] - TYPICAL_RADIUS_UM) / RADIUS_RANGE_UM,
+        np.stack([frame.coordination for frame in frames], axis=1) / TYPICAL_CONTACTS,
         np.linalg.norm(past_um, axis=2) / TYPICAL_STEP_UM,
-        np.full((len(history), 1), np.log(final_edges_um / edges_um[-1]).sum()),
+        np.full((len(particles), 1), np.log(final_edges_um / frames[-1].edges_um).sum()),
     ]
     return Graph(
         scalars=np.concatenate(scalars, axis=1).astype(np.float32),
-        vectors=(past_um / TYPICAL_STEP_UM).transpose(0, 2, 1).astype(np.float32),
-        radius_um=history[:, 0, _RADIUS].astype(np.float32),
+        past=(past_um / TYPICAL_STEP_UM).transpose(0, 2, 1).astype(np.float32),
+        radius_um=particles.radius_um.astype(np.float32),
         receivers=receivers.astype(np.int32),
         senders=senders.astype(np.int32),
         separation_um=separation_um.astype(np.float32),
@@ -127,30 +134,65 @@ def graph(
     )
 
 
-def _slurries(training_set: TrainingSet, settings: Mapping) -> list[tuple[Graph, np.ndarray, np.ndarray]]:
-    """Graph, displacement (n, 3) from the affine prediction in the true final box, and validation mask of each."""
-    n_phases = int(training_set.features[:, 0, _PHASE].max())
-    slurries = []
-    for number in range(len(training_set.slurries)):
-        own = training_set.slurry_index == number
-        edges = training_set.input_edges_um[number], training_set.target_edges_um[number]
-        seen = graph(training_set.features[own], *edges, n_phases, settings["cutoff_um"])
-        moved_um = training_set.targets[own] - seen.affine_um
-        moved_um -= moved_um.mean(axis=0)  # a common shift has no meaning in a periodic box
-        slurries.append((seen, moved_um.astype(np.float32), training_set.is_validation[own]))
-    return slurries
+@dataclass(frozen=True)
+class Lesson:
+    """A slurry to learn from: its graph, and by how much (n, 3) in um it has to be moved."""
+
+    seen: Graph
+    moved_um: np.ndarray
+
+    def arrays(self) -> list[np.ndarray]:
+        """All that it consists of."""
+        return [*vars(self.seen).values(), self.moved_um]
 
 
-def _inputs(seen: Graph) -> list:
+def windows(input_frames: Sequence[int], shift_frames: int, target_frame: int) -> list[list[int]]:
+    """The input frames, and these moved by up to `shift_frames`, as far as they lie in the run before the target."""
+    moved = [[k + shift for k in input_frames] for shift in range(-shift_frames, shift_frames + 1)]
+    return [frames for frames in moved if frames[0] >= 0 and frames[-1] < target_frame]
+
+
+def needed_frames(settings: Mapping, *, moved: bool = True) -> list[int]:
+    """Numbers of all frames that learning reads, or testing where the input frames are not moved."""
+    shift, target = settings["shift_frames"] if moved else 0, settings["target_frame"]
+    return sorted({target, *(k for frames in windows(settings["input_frames"], shift, target) for k in frames)})
+
+
+def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Lesson:
+    """What is to be learned from a slurry when these are its input frames, in its true final box."""
+    target = trajectory.frames[settings["target_frame"]]
+    frames = [trajectory.frames[k] for k in input_frames]
+    seen = graph(trajectory.particles, frames, target.edges_um, settings["cutoff_um"])
+    moved_um = target.position_um - seen.affine_um
+    moved_um -= moved_um.mean(axis=0)  # a common shift has no meaning in a periodic box
+    return Lesson(seen, moved_um.astype(np.float32))
+
+
+def _inputs(seen: Graph) -> list["tf.Tensor"]:
     import tensorflow as tf
 
     return [tf.constant(getattr(seen, name)) for name in INPUTS]
 
 
+def _signature(network: "keras.Model") -> list["tf.TensorSpec"]:
+    """What it takes, for any number of particles: rounding would depend on which slurry came first if each had its own."""
+    import tensorflow as tf
+
+    return [tf.TensorSpec((None, *entry.shape[1:]), entry.dtype) for entry in network.inputs]
+
+
 def _train_member(
-    number: int, shape: Mapping, slurries: list[tuple[Graph, np.ndarray, np.ndarray]], settings: Mapping, work: Path
+    number: int,
+    shape: Mapping,
+    lessons: Sequence[Sequence[Lesson]],
+    tests: Sequence[Lesson],
+    settings: Mapping,
+    work: Path,
 ) -> tuple["keras.Model", Progress]:
-    """Train one member, whose seed follows from the run's, or go on with it."""
+    """Train one member, whose seed follows from the run's, or go on with it.
+
+    `lessons` are those of each training slurry, one for each of its windows of input frames.
+    """
     import keras
     import tensorflow as tf
 
@@ -162,7 +204,7 @@ def _train_member(
     optimizer = keras.optimizers.AdamW(settings["learning_rate"], settings["weight_decay"], clipnorm=GRADIENT_NORM)
     optimizer.build(network.trainable_variables)
     state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
-    arrays = [array for seen, *others in slurries for array in (*vars(seen).values(), *others)]
+    arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
     identity = fingerprint(arrays, {**settings, "member": number})
     checkpoint, progress = work / f"checkpoint_{number}.h5", Progress()
     if found := read_checkpoint(checkpoint, identity, name):
@@ -171,16 +213,17 @@ def _train_member(
             for variable, value in zip(variables, then[key], strict=True):
                 variable.assign(value)
 
-    @tf.function(reduce_retracing=True)
+    signature = _signature(network)
+
+    @tf.function(input_signature=signature)
     def answer(*inputs):
         return network(list(inputs), training=False)
 
-    @tf.function(reduce_retracing=True)
-    def step(target_um, trained, *inputs):
+    @tf.function(input_signature=[tf.TensorSpec((None, 3)), *signature])
+    def step(target_um, *inputs):
         with tf.GradientTape() as tape:
             moved_um, log_variance = network(list(inputs), training=True)
-            error_um = tf.boolean_mask(moved_um - target_um, trained)
-            log_variance = tf.boolean_mask(log_variance, trained)
+            error_um = moved_um - target_um
             loss = tf.reduce_mean(error_um**2)
             doubt = tf.reduce_mean(log_variance + tf.stop_gradient(error_um) ** 2 * tf.exp(-log_variance))
             total = loss + DOUBT_WEIGHT * doubt
@@ -188,35 +231,31 @@ def _train_member(
         optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
         return loss, tf.reduce_mean(tf.abs(error_um))
 
-    data = [(_inputs(seen), tf.constant(moved_um), held) for seen, moved_um, held in slurries]
-    n_trained = np.array([np.sum(~held) for _, _, held in data])
-    n_steps, start, first = epochs * len(data), time.monotonic(), len(progress.history)
+    sizes = [len(own[0].moved_um) for own in lessons]
+    n_steps, start, first = epochs * len(lessons), time.monotonic(), len(progress.history)
     for epoch in range(first + 1, epochs + 1):
-        order = np.random.default_rng((seed, epoch)).permutation(len(data))
-        losses = np.zeros((len(data), 2))
-        for place, k in enumerate(order):
-            inputs, target_um, held = data[k]
-            share = ((epoch - 1) * len(data) + place) / n_steps
+        draw = np.random.default_rng((seed, epoch))
+        losses = np.zeros((len(lessons), 2))
+        for place, k in enumerate(draw.permutation(len(lessons))):
+            drawn = lessons[k][draw.integers(len(lessons[k]))]
+            share = ((epoch - 1) * len(lessons) + place) / n_steps
             optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
-            losses[k] = step(target_um, tf.constant(~held), *inputs)
-        errors_um = np.concatenate([(answer(*inputs)[0] - target_um).numpy()[held] for inputs, target_um, held in data])
-        validation = [np.mean(errors_um**2), np.mean(abs(errors_um))]
-        row = np.array([*np.average(losses, axis=0, weights=n_trained), *validation])
-        if not np.isfinite(row).all():
+            losses[k] = step(tf.constant(drawn.moved_um), *_inputs(drawn.seen))
+        errors_um = [(answer(*_inputs(test.seen))[0] - test.moved_um).numpy() for test in tests]
+        # each slurry counts as much, so that the largest does not decide alone
+        of_tests = [[np.mean(own**2), np.mean(abs(own))] for own in errors_um] or [[np.nan, np.nan]]
+        row = np.array([*np.average(losses, axis=0, weights=sizes), *np.mean(of_tests, axis=0)])
+        if not np.isfinite(row[: 4 if tests else 2]).all():
             raise RunError(
                 f"{NAME}: the loss is not finite in epoch {epoch}, "
                 f"learning_rate {settings['learning_rate']} is too large"
             )
-        if not progress.history or row[2] < min(earlier[2] for earlier in progress.history):
-            progress.best = [variable.numpy() for variable in network.trainable_variables]
         progress.history.append(row)
         left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
-        losses = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
-        print(f"[{name}] epoch {epoch}/{epochs} {losses}, {left_s:.0f} s left", flush=True)
+        said = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
+        print(f"[{name}] epoch {epoch}/{epochs} {said}, {left_s:.0f} s left", flush=True)
         now = {key: [variable.numpy() for variable in variables] for key, variables in state.items()}
         write_checkpoint(checkpoint, identity, now, progress)
-    for variable, value in zip(network.trainable_variables, progress.best, strict=True):
-        variable.assign(value)
     return network, progress
 
 
@@ -228,7 +267,8 @@ def learning_rate_share(share: float) -> float:
 
 
 def fit(
-    training_set: TrainingSet,
+    slurries: Sequence[Trajectory],
+    validation: Sequence[Trajectory],
     settings: Mapping,
     model_path: str | Path,
     history_path: str | Path,
@@ -237,30 +277,37 @@ def fit(
     """Train the members and write them as one model; history.csv holds the mean of their losses at each epoch.
 
     Mean squared error of the displacement, one slurry a step, in float32; the expected variance learns beside it, by
-    its likelihood. Each member keeps the weights of the epoch with the lowest validation loss. `settings`: members,
-    epochs, learning_rate, weight_decay, layers, width, cutoff_um, threads, seed; the same seed gives the same result on
-    the same machine. A checkpoint in `work_directory`, written after each epoch, of the same settings and data is
-    continued as if there had been no break. InputError for a cutoff above half a box edge, RunError if the loss is not
-    finite.
+    its likelihood. The weights are those of the last epoch, at which the learning rate has come to nothing: the
+    `validation` slurries are looked at, not chosen by. Without any, their columns of history.csv are empty. `settings`:
+    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, shift_frames, input_frames,
+    target_frame, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
+    `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
+    break. InputError for a cutoff above half a box edge, RunError if the loss is not finite.
     """
     make_deterministic(settings["seed"], settings["threads"])
     from slurrycast.surrogates import neighbour_network
 
-    slurries = _slurries(training_set, settings)
+    own_windows = windows(settings["input_frames"], settings["shift_frames"], settings["target_frame"])
+    lessons = [[lesson(slurry, frames, settings) for frames in own_windows] for slurry in slurries]
+    tests = [lesson(slurry, settings["input_frames"], settings) for slurry in validation]
     shape = {
-        "n_scalars": slurries[0][0].scalars.shape[1],
-        "n_vectors": slurries[0][0].vectors.shape[2],
+        "n_scalars": lessons[0][0].seen.scalars.shape[1],
+        "n_past": lessons[0][0].seen.past.shape[2],
         "n_layers": settings["layers"],
         "width": settings["width"],
+        "n_vectors": settings["vectors"],
         "cutoff_um": settings["cutoff_um"],
     }
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        network, progress = _train_member(number, shape, slurries, settings, Path(work_directory))
+        network, progress = _train_member(number, shape, lessons, tests, settings, Path(work_directory))
         members.append(network)
         histories.append(progress.history)
         earlier = {clock: max(earlier[clock], progress.earlier[clock]) for clock in earlier}
-    rows = (",".join([str(epoch), *map(repr, map(float, row))]) for epoch, row in enumerate(np.mean(histories, 0), 1))
+    rows = [
+        ",".join([str(epoch), *("" if np.isnan(value) else repr(float(value)) for value in row)])
+        for epoch, row in enumerate(np.mean(histories, axis=0), start=1)
+    ]
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
     with moved_into_place(model_path) as part:
         neighbour_network.joined(members).save(part)
@@ -276,21 +323,24 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
     """
     start_keras()
     import keras
+    import tensorflow as tf
 
     from slurrycast.surrogates import neighbour_network  # noqa: F401 - registers its layers
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-        n_scalars, n_vectors = model.inputs[0].shape[1], model.inputs[1].shape[2]
+        n_scalars, n_past = model.inputs[0].shape[1], model.inputs[1].shape[2]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
-    history = particle_history(question.particles, question.frames)
-    n_frames = len(question.frames)
-    n_phases = n_scalars - 2 * n_frames - 1
-    if n_vectors != n_frames - 1 or n_phases < 1:
-        raise InputError(f"{model_path}: was trained on {n_vectors + 1} input frames, asked with {n_frames}")
-    edges_um = np.array([frame.edges_um for frame in question.frames])
-    seen = graph(history, edges_um, question.final_edges_um, n_phases, settings["cutoff_um"])
-    moved_um, log_variance = (output.numpy().astype(float) for output in model(_inputs(seen), training=False))
+    n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 1
+    if n_past != n_frames - 1:
+        raise InputError(f"{model_path}: was trained on {n_past + 1} input frames, asked with {n_frames}")
+    if n_phases != len(question.particles.phase_names):
+        known = len(question.particles.phase_names)
+        raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {question.slurry} has {known}")
+    seen = graph(question.particles, question.frames, question.final_edges_um, settings["cutoff_um"])
+    # as a graph of operations, which forgets what it needs no more: half a million pairs are a GB a layer
+    answer = tf.function(lambda *inputs: model(list(inputs), training=False), input_signature=_signature(model))
+    moved_um, log_variance = (output.numpy().astype(float) for output in answer(*_inputs(seen)))
     variance_um2 = np.exp(log_variance).mean(axis=1) + moved_um.var(axis=1)
     return Prediction(seen.affine_um + moved_um.mean(axis=1), spread_um=np.sqrt(variance_um2))

@@ -40,6 +40,7 @@ NAME = "vgg16"
 LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
 BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.keras"
+LEARNS_FROM = "samples"
 CONTINUES_DEM = False
 # `vgg16_relative`: coordinates as a share of the box edges at the last input frame, so alike for boxes of all sizes. It
 # tells whether it matters that those of a large box lie outside what the network was trained on.
@@ -60,9 +61,9 @@ SHARD_UNITS = 512  # fastest of 128 to 4096 at batches of 100, where it saves 16
 PREDICTION_BATCH = 1024
 
 
-def input_width(settings: Mapping) -> int:
-    """Features of a particle and frame that the network takes."""
-    return len(FEATURE_NAMES)
+def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
+    """Shape of what the network takes of a particle: frames, features."""
+    return {"features": (n_frames, len(FEATURE_NAMES))}
 
 
 @dataclass(frozen=True)

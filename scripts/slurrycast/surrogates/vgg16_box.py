@@ -37,6 +37,7 @@ LOOKS_AT = (
 )
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
+LEARNS_FROM = "samples"
 CONTINUES_DEM = False
 VARIANT = re.compile("(?P<change>absolute|xu|nobox)?")
 
@@ -58,9 +59,9 @@ def form(settings: Mapping) -> Form:
     return Form(displacement=change != "absolute", scaled=change != "xu", box=change != "nobox")
 
 
-def input_width(settings: Mapping) -> int:
-    """Features of a particle and frame that the network takes."""
-    return len(FEATURE_NAMES) + 3 * form(settings).box
+def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
+    """Shape of what the network takes of a particle: frames, features."""
+    return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
 
 
 def inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
