@@ -103,7 +103,7 @@ rule models:
 
 rule microstructures:
     input:
-        expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=PREDICTED),
+        expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
 
 
 rule tables:

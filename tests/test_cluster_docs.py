@@ -91,7 +91,7 @@ def test_cost_of_the_full_scale(root, text, asked):
             particles["6"],
             relaxation,
             particles["6"] * relaxation / relaxation_rate / 3600,
-            asked("relax_slurry", "surrogate=vgg16, slurry=6"),
+            asked("relax_slurry", "surrogate=vgg16, slurry=6, steps="),
         ),
         row(
             "`train_surrogate`, `vgg16`",

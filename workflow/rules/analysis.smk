@@ -47,7 +47,7 @@ rule measure_density:
         script="scripts/measure_density.py",
         modules=modules("scripts/measure_density.py"),
         frames=expand(rules.extract_frames.output.frames, slurry=COMPLETE),
-        relaxed=expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=PREDICTED),
+        relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
     output:
         table=report(
             f"{RESULTS}/tables/density_volume.csv",
@@ -104,7 +104,7 @@ rule compute_rdf:
         modules=modules("scripts/compute_rdf.py"),
         frames=rules.extract_frames.output.frames,
         predicted=rules.predict_slurry.output.predicted,
-        relaxed=rules.relax_slurry.output.relaxed,
+        relaxed=RELAXED,
     output:
         rdf=f"{RESULTS}/rdf/{{surrogate}}/{{slurry}}.csv",
         cost=f"{RESULTS}/costs/compute_rdf/{{surrogate}}/{{slurry}}.json",
@@ -169,7 +169,7 @@ rule collect_costs:
                 [
                     rules.predict_slurry.output.cost,
                     rules.wrap_slurry.output.cost,
-                    rules.relax_slurry.output.cost,
+                    RELAXATION_COST,
                     rules.compute_rdf.output.cost,
                 ],
                 surrogate=SURROGATES,

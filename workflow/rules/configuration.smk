@@ -55,6 +55,7 @@ BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
 FRAME_STEPS = steps_per_frame(config["dem"])
+RELAXATION_STEPS = sorted(config["yardsticks"]["relaxation_steps"])
 
 
 def with_role(*roles):
@@ -218,6 +219,12 @@ def prediction_minutes(wildcards, attempt):
     return 10 * attempt
 
 
+def relaxation(wildcards):
+    """Settings of a relaxation, for the steps in `-500`; an empty text stands for those of the configuration."""
+    steps = wildcards.steps.removeprefix("-")
+    return config["relaxation"] | ({"steps": int(steps)} if steps else {})
+
+
 def timestep_runs():
     """Ids of the runs of the convergence study."""
     of_table("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
@@ -247,3 +254,4 @@ wildcard_constraints:
     slurry="|".join(RUNS),
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
+    steps="|".join(["", *(f"-{steps}" for steps in RELAXATION_STEPS)]),  # no id has a hyphen

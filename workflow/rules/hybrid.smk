@@ -6,7 +6,7 @@ REQUIRED INPUTS:
     config[relaxation]
 
 OUTPUTS:
-    hybrid/{surrogate}/{slurry}/wrapped.data, relaxed.data, relaxed.h5
+    hybrid/{surrogate}/{slurry}/wrapped.data, relaxed.data, relaxed.h5; relaxed-<steps>.data, .h5 of other step counts
 """
 
 
@@ -42,13 +42,13 @@ rule relax_slurry:
         coefficients=rules.generate_inputs.output.coefficients,
         push_off=rules.generate_inputs.output.push_off,
     output:
-        data=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed.data",
-        relaxed=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed.h5",
-        cost=f"{RESULTS}/costs/relax_slurry/{{surrogate}}/{{slurry}}.json",
+        data=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed{{steps}}.data",
+        relaxed=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/relaxed{{steps}}.h5",
+        cost=f"{RESULTS}/costs/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.json",
     log:
-        f"{RESULTS}/logs/relax_slurry/{{surrogate}}/{{slurry}}.log",
+        f"{RESULTS}/logs/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/relax_slurry/{{surrogate}}/{{slurry}}.tsv"
+        f"{RESULTS}/benchmarks/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.tsv"
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
@@ -58,10 +58,10 @@ rule relax_slurry:
         cpus_per_task=1,
         executable=config["dem"]["executable"],
         mem_mb=slurry_mb,
-        runtime=lambda wildcards, attempt: lammps_minutes(wildcards, config["relaxation"]["steps"], attempt),
+        runtime=lambda wildcards, attempt: lammps_minutes(wildcards, relaxation(wildcards)["steps"], attempt),
     params:
-        settings=section(config["relaxation"]),
-        work=lambda wildcards: f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work",
+        settings=lambda wildcards: section(relaxation(wildcards)),
+        work=lambda wildcards: f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work{wildcards.steps}",
     shell:
         "python {input.script:q} --wrapped {input.wrapped:q} --predicted {input.predicted:q}"
         " --inputs {input.inputs:q} --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
@@ -69,3 +69,10 @@ rule relax_slurry:
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --relaxed-data {output.data:q} --relaxed {output.relaxed:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
+
+
+# Of the main job, which relaxes for relaxation.steps.
+RELAXED, RELAXATION_COST = (
+    expand(path, steps="", allow_missing=True)[0]
+    for path in (rules.relax_slurry.output.relaxed, rules.relax_slurry.output.cost)
+)

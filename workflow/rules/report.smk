@@ -182,7 +182,7 @@ rule render_slurry:
         script="scripts/render_slurry.py",
         modules=modules("scripts/render_slurry.py"),
         predicted=rules.predict_slurry.output.predicted,
-        relaxed=rules.relax_slurry.output.relaxed,
+        relaxed=RELAXED,
         frames=lambda wildcards: (
             expand(rules.extract_frames.output.frames, slurry=wildcards.slurry) if wildcards.slurry in HELD_OUT else []
         ),

@@ -20,7 +20,7 @@ rule compare_sizes:
         runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
         thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
-        relaxed=expand(rules.relax_slurry.output.relaxed, surrogate=SURROGATES, slurry=HELD_OUT),
+        relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=HELD_OUT),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
         table=report(

@@ -189,7 +189,7 @@ rule compute_front:
         costs=[
             *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
             *expand(
-                [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, rules.relax_slurry.output.cost],
+                [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, RELAXATION_COST],
                 surrogate=YARDSTICKS,
                 slurry=HELD_OUT,
             ),
