@@ -76,6 +76,7 @@ localrules:
     plot_skill,
     plot_structure,
     plot_front,
+    plot_relaxation,
     write_yardsticks,
     compare_timesteps,
     plot_timesteps,

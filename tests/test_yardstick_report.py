@@ -11,15 +11,17 @@ import pytest
 from matplotlib.image import imsave
 
 import write_yardsticks
+from slurrycast.figures import main_labels
 from slurrycast.verdicts import deviations, quantity_name
 from slurrycast.yardstick_report import (
     Yardsticks,
     bar_sentences,
     equal_cost_sentences,
     heading,
-    main_labels,
     payback_sentences,
     plain_table,
+    relaxation_section,
+    relaxation_sentence,
     skill_sentences,
     tie_sentences,
     yardsticks_html,
@@ -126,6 +128,7 @@ def yardsticks(tmp_path) -> Yardsticks:
             columns=["surrogate", "slurries", "term", "unit", "study", "study_says", "ours"],
         ),
         ablation=None,
+        relaxation=None,
         figures=figures,
     )
 
@@ -307,6 +310,37 @@ def test_deviations():
     assert found.in_sd[1:].isna().all()
 
 
+def relaxation_table(within: dict[str, list[bool]]) -> pd.DataFrame:
+    """tables/relaxation.csv: whether each surrogate is within the band after 500 and 3500 steps."""
+    rows = [
+        (name, "V1", steps, 0.012, -0.001, 1.2, 0.8, steps / 500, inside)
+        for name, those in within.items()
+        for steps, inside in zip((500, 3500), those, strict=True)
+    ]
+    columns = ["surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd"]
+    return pd.DataFrame(rows, columns=[*columns, "rdf_in_spread", "cpu_s", "within_band"])
+
+
+def test_steps_that_each_surrogate_needs(yardsticks):
+    within = {"persistence": [False, False], "affine": [True, True], "net": [False, True], "affine_f02": [True, True]}
+    relaxed = replace(yardsticks, relaxation=relaxation_table(within))
+    assert relaxation_sentence(relaxed) == (
+        "Fewest steps of relaxation, of 500 and 3,500, from which on the density is within 2 replica sd and the RDF "
+        "within 2 replica spreads of the DEM, for validation slurry V1: 500 for affine and affine_f02; 3,500 for net; "
+        "none of those tried for persistence."
+    )
+    section = relaxation_section(relaxed)
+    assert section.blocks[-1].rows[0] == ["persistence", "1.20%", "1.2", "1.2", "0.8", "0.8", "1", "7", "none"]
+    assert section.blocks[-1].rows[2][-1] == "3,500"
+    assert sum(width for _, width in section.blocks[-1].groups) == len(section.blocks[-1].columns)
+    assert section.title in yardsticks_html(relaxed)
+
+
+def test_without_validation_slurries_the_section_is_left_out(yardsticks):
+    assert relaxation_section(yardsticks) is None
+    assert "Physics in the loop" not in yardsticks_html(yardsticks)
+
+
 def test_words():
     assert quantity_name("rdf_NiO-8YSZ") == "RDF, NiO-8YSZ"
     assert quantity_name("coordination_all") == "coordination, all particles"
@@ -343,6 +377,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
     tables["equilibrium"] = roles.assign(warning="")
     ablation = {"surrogate": ["affine", "net"], "target": [None, "absolute"], "validation_mse_um2": [0.1, 0.0987]}
     tables["ablation"] = pd.DataFrame(ablation)
+    tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     words = ["write_yardsticks", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
@@ -365,5 +400,6 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
         "On that of density error against cost: affine_f02, affine, net and the full DEM",
         "1,230",
         "paid back after 18 slurries",
+        "500 for affine; 3,500 for net",
     ):
         assert expected in text, expected

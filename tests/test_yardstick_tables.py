@@ -1,15 +1,18 @@
 """Noise, skill and structural errors: the scripts run on small made-up results."""
 
+import json
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.costs import read_cost
-from slurrycast.frames import Frame, Particles, write_frames
+from slurrycast.costs import Cost, read_cost
+from slurrycast.frames import Frame, Particles, read_frames, write_frames
+from slurrycast.rdf import bin_edges_um, radial_distribution
 from slurrycast.tables import read_table
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
@@ -59,7 +62,9 @@ def structure_files(
     return paths
 
 
-def write_store(path: Path, slurry: str, frame: int, shift_um: float, particles: int = 90, surrogate: str = "") -> Path:
+def write_store(
+    path: Path, slurry: str, frame: int, shift_um: float, particles: int = 90, surrogate: str = "", **attributes: str
+) -> Path:
     """One frame of random places, every other particle moved by +-shift_um along x."""
     phase = np.ones(particles, dtype=int)
     ids = np.arange(1, particles + 1)
@@ -69,7 +74,8 @@ def write_store(path: Path, slurry: str, frame: int, shift_um: float, particles:
     structure = Frame(
         frame, 1, 1.0, position_um, position_um / EDGES_UM + 0.5, np.zeros(particles), -EDGES_UM / 2, EDGES_UM
     )
-    write_frames(path, what, [structure], {"slurry": slurry} | ({"surrogate": surrogate} if surrogate else {}))
+    names = {"slurry": slurry} | ({"surrogate": surrogate} if surrogate else {})
+    write_frames(path, what, [structure], names | attributes)
     return path
 
 
@@ -231,6 +237,67 @@ def test_structural_errors_need_the_dem_its_replicas_and_matching_files(run, noi
     )
     assert error(run("compare_structure", "--structure", one[0], "--rdf", one[1], *of_dem)) == (
         "error: slurry 2: RDF all of 0 replicas, needed are two or more\n"
+    )
+
+
+@pytest.fixture
+def relaxations(tmp_path, noise, replica_curves):
+    """Arguments for two relaxations of slurry 1 and the DEM; the shorter one ends 1.5 sd too light with a g too low."""
+    stores, costs = [], []
+    for steps, shift_um in ((700, 0.0), (300, 0.2)):
+        path = tmp_path / f"relaxed-{steps}.h5"
+        settings = json.dumps({"steps": steps})
+        stores.append(write_store(path, "1", 120, shift_um, surrogate="affine", relaxation=settings))
+        costs.append(tmp_path / f"cost-{steps}.json")
+        costs[-1].write_text(json.dumps(asdict(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))))
+    density = 90 * 2.0 / np.prod(EDGES_UM)
+    with read_frames(stores[0]) as store:  # the DEM ends where the longer relaxation does
+        everything = np.ones(90, dtype=bool)
+        r_edges_um = bin_edges_um(0.6, 6, [EDGES_UM])
+        g = radial_distribution(store.position_um(120), *store.box(120), r_edges_um, everything, everything)
+    measured, _ = structure_files(tmp_path, "affine", "1", {"predicted": (1.0, 1.0, 6), "relaxed": (1.0, 1.0, 6)}, 90)
+    overlaps = [("predicted", 0.03), ("relaxed", 0.01)]
+    rows = [
+        {"surrogate": "affine", "slurry": "1", "stage": s, "quantity": "overlap_mean", "value": v} for s, v in overlaps
+    ]
+    pd.concat([read_table(measured), pd.DataFrame(rows)]).to_csv(measured, index=False)
+    of_dem = structure_files(tmp_path, "-", "1", {"target": (density + 0.015, 1.0, 6)}, 90)
+    read_table(of_dem[1]).assign(g=g + 0.5).to_csv(of_dem[1], index=False)
+    return [
+        *("--relaxed", *stores, "--relaxation-costs", *costs, "--structure", measured, "--noise", noise),
+        *("--dem-structure", of_dem[0], "--dem-rdf", of_dem[1], "--replica-rdf", *replica_curves),
+        *("--cutoff-um", 0.6, "--bins", 6, "--rdf-bar", 3),
+    ]
+
+
+def test_relaxations_of_several_lengths(run, relaxations, tmp_path):
+    rows = table(run("compare_relaxation", *relaxations))
+    assert list(rows.columns) == [
+        *("surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd", "rdf_in_spread"),
+        *("cpu_s", "within_band"),
+    ]
+    assert list(rows.slurry) == ["1", "1"]
+    assert list(rows.steps) == [300, 700]
+    np.testing.assert_allclose(rows.overlap_mean_predicted, 0.03)
+    density = 90 * 2.0 / np.prod(EDGES_UM)
+    np.testing.assert_allclose(rows.density_error, -0.015 / (density + 0.015), rtol=1e-6)
+    np.testing.assert_allclose(rows.density_in_sd, 1.5, rtol=1e-6)
+    # 0.5 everywhere, over 0.3 in four of the six bins
+    assert rows.rdf_in_spread[1] == pytest.approx(0.5 / 0.2, rel=1e-6)
+    assert rows.rdf_in_spread[0] != pytest.approx(0.5 / 0.2, rel=1e-3)
+    assert list(rows.cpu_s) == [3.0, 7.0]
+    assert rows.within_band[1]
+    assert read_cost(tmp_path / "cost.json").stage == "compare_relaxation"
+
+
+def test_relaxations_need_their_own_costs_and_the_dem(run, relaxations, tmp_path):
+    stores, costs = relaxations[1:3], relaxations[4:6]
+    swapped = [*relaxations[:4], *costs[::-1], *relaxations[6:]]
+    assert error(run("compare_relaxation", *swapped)) == f"error: {costs[1]}: not the cost of {stores[0]}\n"
+    of_dem = tmp_path / "-_1_rdf.csv"
+    read_table(of_dem).assign(pair="NiO-NiO").to_csv(of_dem, index=False)
+    assert error(run("compare_relaxation", *relaxations)) == (
+        "error: slurry 1, DEM: no curve of all particles to compare with\n"
     )
 
 

@@ -90,6 +90,14 @@ def surrogate_family(label: str, labels: Sequence[str] = ()) -> str:
     return max(named, key=len) if named else min(known, key=len, default=plain)
 
 
+def main_labels(labels: Sequence[str]) -> list[str]:
+    """The labels without those of earlier input frames and without variants of a label that is there itself."""
+    plain = [name for name in labels if surrogate_family(name) == name]
+    others = [name for name in labels if surrogate_family(name) not in plain]
+    kept = {*plain, *(name for name in others if not any(name.startswith(f"{other}_f") for other in others))}
+    return [name for name in labels if name in kept]
+
+
 def surrogate_colours(labels: Sequence[str]) -> dict[str, str]:
     """Colour of each surrogate label: a family keeps its own, its variants get paler in their order.
 

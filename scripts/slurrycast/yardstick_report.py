@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.figures import surrogate_family
+from slurrycast.figures import main_labels, surrogate_family
 from slurrycast.front import mean_front, on_front
 from slurrycast.noise import BAND_SDS
 from slurrycast.page import (
@@ -29,6 +29,7 @@ from slurrycast.page import (
     pair_name,
     span,
 )
+from slurrycast.relaxation import fewest_steps, mean_errors
 from slurrycast.verdicts import (
     JUDGED_WORDS,
     TIE_RULE,
@@ -63,6 +64,7 @@ class Yardsticks:
     cost_scaling: pd.DataFrame
     study_costs: pd.DataFrame
     ablation: pd.DataFrame | None
+    relaxation: pd.DataFrame | None  # of the validation slurries
     figures: Mapping[str, Path]
 
     def slurries(self, role: str) -> list[str]:
@@ -107,14 +109,6 @@ class Yardsticks:
 def labels_of(table: pd.DataFrame) -> list[str]:
     """Labels of a table in their order."""
     return list(dict.fromkeys(table.surrogate))
-
-
-def main_labels(labels: Sequence[str]) -> list[str]:
-    """The labels without those of earlier input frames and without variants of a label that is there itself."""
-    plain = [name for name in labels if surrogate_family(name) == name]
-    others = [name for name in labels if surrogate_family(name) not in plain]
-    kept = {*plain, *(name for name in others if not any(name.startswith(f"{other}_f") for other in others))}
-    return [name for name in labels if name in kept]
 
 
 # ---- verdicts
@@ -591,6 +585,51 @@ def ablation_section(yardsticks: Yardsticks) -> Section | None:
     return Section("Ablation", [plain_table("Table Y9", caption, yardsticks.ablation)])
 
 
+def relaxation_sentence(yardsticks: Yardsticks) -> str:
+    """After how many steps each surrogate is within the band of the replicas."""
+    tried = sorted(set(yardsticks.relaxation.steps))
+    found = fewest_steps(yardsticks.relaxation)
+    parts = []
+    for steps in [*tried, None]:
+        those = [name for name, own in found.items() if own == steps]
+        if those:
+            parts.append(f"{'none of those tried' if steps is None else f'{steps:,}'} for {listed(those)}")
+    slurries = list(dict.fromkeys(yardsticks.relaxation.slurry))
+    return (
+        f"Fewest steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, from which on the density is "
+        f"within {BAND_SDS} replica sd and the RDF within {yardsticks.rdf_bar:g} replica spreads of the DEM, for "
+        f"validation {named(slurries)}: {'; '.join(parts)}."
+    )
+
+
+def relaxation_section(yardsticks: Yardsticks) -> Section | None:
+    """tables/relaxation.csv, where the run has validation slurries."""
+    table = yardsticks.relaxation
+    if table is None:
+        return None
+    labels, tried = labels_of(table), sorted(set(table.steps))
+    found, by_surrogate = fewest_steps(table), table.groupby("surrogate")
+    overlap = by_surrogate.overlap_mean_predicted.mean()
+    means = {column: mean_errors(table, column, labels) for column in ("density_in_sd", "rdf_in_spread", "cpu_s")}
+    rows = []
+    for name in labels:
+        cells = [number(means[column].loc[name, steps]) for column in means for steps in tried]
+        rows.append([name, f"{overlap[name]:.2%}", *cells, "none" if found[name] is None else f"{found[name]:,}"])
+    columns = ["Surrogate", "predicted", *[f"{steps:,}" for steps in tried] * len(means), "within the band"]
+    groups = [("", 1), ("Mean overlap", 1), ("Density error (replica sd)", len(tried))]
+    groups += [("RDF difference (replica spreads)", len(tried)), ("CPU time (s)", len(tried)), ("Fewest steps", 1)]
+    caption = (
+        "Predictions after relaxations of so many steps, each cooling to the temperature of the DEM at its end: means "
+        "over the validation slurries. Mean overlap is that of the contacts of the prediction before relaxation, as a "
+        "share of Ri + Rj. From tables/relaxation.csv."
+    )
+    sentence = relaxation_sentence(yardsticks)
+    shown = "Distance from the end of the DEM against steps of relaxation, means over the validation slurries."
+    figure = figure_block(yardsticks.figures, "relaxation", "Fig. Y4", shown)
+    blocks = [Points([sentence]), *figure, Table("Table Y10", caption, columns, rows, groups=groups)]
+    return Section("Physics in the loop: how long to relax", blocks)
+
+
 def yardsticks_html(yardsticks: Yardsticks) -> str:
     """The page as one HTML text that loads nothing from elsewhere."""
     sections = [
@@ -602,6 +641,7 @@ def yardsticks_html(yardsticks: Yardsticks) -> str:
         equal_cost_section(yardsticks),
         cost_section(yardsticks),
         ablation_section(yardsticks),
+        relaxation_section(yardsticks),
     ]
     lead = (
         "What surrogates are worth: beside the affine map, the DEM itself hurried on, the scatter between DEM runs, "

@@ -41,6 +41,7 @@ TIMED = {
     "equal_cost.csv",
     "cost_scaling.csv",
     "study_costs.csv",
+    "relaxation.csv",
     "timestep.csv",
     "timestep_summary.csv",
 }

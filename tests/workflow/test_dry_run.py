@@ -76,6 +76,33 @@ def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path, target, expect
     assert expected in done.stdout + done.stderr
 
 
+def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
+    rows = [("T1", "train", 1), ("1", "test", 2), ("2", "test", 3), ("V1", "validation", 4)]
+    lines = [f"{name}\t{role}\t1\t1.0\t{seed}" for name, role, seed in rows]
+    table, target = tmp_path / "slurries.tsv", f"results/plan_{tmp_path.name}/tables/relaxation.csv"
+    tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())["yardsticks"]
+
+    def planned(rows: int, **keys: object) -> tuple[subprocess.CompletedProcess, list[str]]:
+        table.write_text("\n".join(["id\trole\tmass_units\tthickness_ratio\tseed", *lines[:rows], ""]))
+        config = own(tmp_path, slurries=str(table), yardsticks=tiny | keys)
+        done = plan(config, target)
+        return done, re.findall(r"--relaxed \S*/hybrid/affine/(\S+)\.h5", done.stdout)
+
+    done, relaxed = planned(4, relaxation_steps=[1000, 300, 50])
+    assert done.returncode == 0, done.stdout + done.stderr
+    # 1000 steps are those of the main job
+    made = {name for name in relaxed if name.startswith("V1/relaxed")}
+    assert made == {"V1/relaxed", "V1/relaxed-300", "V1/relaxed-50"}
+    assert not any("-" in name for name in relaxed if not name.startswith("V1/"))
+    for rows_, keys, said in (
+        (3, {}, "no slurry of role validation: must be at least one for this target"),
+        (4, {"relaxation_steps": []}, "yardsticks.relaxation_steps = []: must be at least one number for this target"),
+    ):
+        done, _ = planned(rows_, **keys)
+        assert done.returncode == 1
+        assert said in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(("ranks", "resources"), [(1, "mpi=, tasks=1"), (2, "mpi=mpiexec, tasks=2")])
 def test_launcher_and_ranks_are_resources(tmp_path, ranks, resources):
     done = plan(own(tmp_path, dem={"ranks": ranks}))

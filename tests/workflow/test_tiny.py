@@ -187,6 +187,34 @@ def test_yardstick_tables(yardsticks):
     assert list(tables["timestep_summary"].timestep_us) == [0.001, 0.002]
 
 
+def validation(project: Path) -> list[str]:
+    """Ids of the slurries of role validation in the tiny table."""
+    table = pd.read_csv(project / "config" / "slurries_tiny.tsv", sep="\t", dtype={"id": str})
+    return list(table.id[table.role == "validation"])
+
+
+def test_relaxations_of_several_lengths(project, yardsticks):
+    """Where there are validation slurries: a row a surrogate, slurry and number of steps, and its part of the page."""
+    slurries, path = validation(project), yardsticks / "tables" / "relaxation.csv"
+    assert path.exists() == bool(slurries)
+    text = (yardsticks / "yardsticks.html").read_text(encoding="utf-8")
+    assert ("Fewest steps of relaxation" in text) == bool(slurries)
+    if slurries:
+        table = pd.read_csv(path, dtype={"slurry": str})
+        found = zip(table.surrogate, table.slurry, table.steps, strict=True)
+        assert sorted(found) == sorted(product([*SURROGATES, *FURTHER], slurries, (300, 1000)))
+        structure = pd.read_csv(yardsticks / "tables" / "structure_errors.csv", dtype={"slurry": str})
+        own = structure[structure.slurry.isin(slurries) & (structure.quantity == "density_g_cm3")]
+        own = own[own.stage == "relaxed"].set_index(["surrogate", "slurry"])
+        of_main_job = table[table.steps == 1000].set_index(["surrogate", "slurry"]).density_error
+        expected = (own.value / own.dem_value - 1).loc[of_main_job.index]
+        np.testing.assert_allclose(of_main_job, expected, atol=1e-7)
+        assert (table.cpu_s > 0).all()
+        assert table.density_in_sd.notna().all()
+        image = matplotlib.image.imread(yardsticks / "figures" / "relaxation.png")
+        assert image[..., :3].std() > 0.02
+
+
 def test_yardstick_page(yardsticks):
     text = opened_offline(yardsticks / "yardsticks.html")
     skill = pd.read_csv(yardsticks / "tables" / "skill.csv")

@@ -9,13 +9,28 @@ REQUIRED INPUTS:
 OUTPUTS:
     twins/{slurry}.h5
     structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
+    hybrid/{surrogate}/{slurry}/relaxed-<steps>.h5, by rule relax_slurry
     tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
-    ablation.csv
+    ablation.csv, relaxation.csv
 """
 
 YARDSTICKS = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
 HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
+HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
+
+
+def relaxed_for_steps(path):
+    """Files of rule relax_slurry for every surrogate, validation slurry and number of steps; `path` as in its output.
+
+    The relaxation for relaxation.steps is that of the main job.
+    """
+    if not RELAXATION_STEPS:
+        raise WorkflowError("yardsticks.relaxation_steps = []: must be at least one number for this target")
+    if not with_role("validation"):
+        raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
+    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
+    return expand(path, surrogate=YARDSTICKS, slurry=with_role("validation"), steps=steps)
 
 
 rule run_twin:
@@ -352,6 +367,49 @@ if HAS_ABLATION:
             " 2>&1 | tee {log:q}"
 
 
+rule compare_relaxation:
+    input:
+        script="scripts/compare_relaxation.py",
+        modules=modules("scripts/compare_relaxation.py"),
+        relaxed=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.relaxed),
+        costs=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.cost),
+        structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=with_role("validation")),
+        dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=with_role("validation")),
+        dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=with_role("validation")),
+        noise=rules.measure_noise.output.table,
+        replica_rdf=rules.measure_noise.input.rdf,
+    output:
+        table=report(
+            f"{RESULTS}/tables/relaxation.csv",
+            caption="../report/relaxation.rst",
+            category="Yardsticks",
+            labels={"table": "length of the relaxation"},
+        ),
+        cost=f"{RESULTS}/costs/compare_relaxation.json",
+    log:
+        f"{RESULTS}/logs/compare_relaxation.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_relaxation.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * (1000 + max(map(particles, HELD_OUT)) // 20),
+        # as structure_minutes, of all that are measured one after the other
+        runtime=lambda wildcards, input, attempt: (
+            attempt * (5 + len(input.relaxed) * max(map(particles, HELD_OUT)) // 10000)
+        ),
+    params:
+        cutoff_um=config["analysis"]["rdf_cutoff_um"],
+        bins=config["analysis"]["rdf_bins"],
+        rdf_bar=config["yardsticks"]["rdf_bar"],
+    shell:
+        "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
+        " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
+        " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um}"
+        " --bins {params.bins} --rdf-bar {params.rdf_bar} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
 rule plot_skill:
     input:
         script="scripts/plot_skill.py",
@@ -427,6 +485,31 @@ rule plot_structure:
         " 2>&1 | tee {log:q}"
 
 
+rule plot_relaxation:
+    input:
+        script="scripts/plot_relaxation.py",
+        modules=modules("scripts/plot_relaxation.py"),
+        relaxation=rules.compare_relaxation.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/relaxation.png",
+            caption="../report/relaxation_figure.rst",
+            category="Yardsticks",
+            labels={"figure": "length of the relaxation"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_relaxation.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_relaxation.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        rdf_bar=config["yardsticks"]["rdf_bar"],
+    shell:
+        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-bar {params.rdf_bar} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
 rule write_yardsticks:
     input:
         script="scripts/write_yardsticks.py",
@@ -441,10 +524,12 @@ rule write_yardsticks:
         cost_scaling=rules.fit_costs.output.table,
         study_costs=rules.compare_study_costs.output.table,
         ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
+        relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
         figures=[
             rules.plot_skill.output.figure,
             rules.plot_structure.output.figure,
             rules.plot_front.output.figure,
+            *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),
         ],
     output:
         page=report(f"{RESULTS}/yardsticks.html", caption="../report/yardsticks.rst", category="Report"),
@@ -460,10 +545,12 @@ rule write_yardsticks:
         density_bar=config["yardsticks"]["density_bar"],
         rdf_bar=config["yardsticks"]["rdf_bar"],
         ablation=lambda wildcards, input: ["--ablation", input.ablation] if input.ablation else [],
+        relaxation=lambda wildcards, input: ["--relaxation", input.relaxation] if input.relaxation else [],
     shell:
         "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
         " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --equilibrium {input.equilibrium:q}"
         " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
         " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
-        " --study-costs {input.study_costs:q} {params.ablation:q} --figures {input.figures:q} --page {output.page:q}"
+        " --study-costs {input.study_costs:q} {params.ablation:q} {params.relaxation:q} --figures {input.figures:q}"
+        " --page {output.page:q}"
         " 2>&1 | tee {log:q}"

@@ -1,0 +1,107 @@
+"""Compare what becomes of predictions after relaxations of several lengths with the end of the DEM, beside its noise.
+
+In: relaxed structures (HDF5) of any surrogates, slurries and numbers of steps, the cost record (JSON) of each of them,
+quantities (CSV) of the predictions, quantities and curves (CSV) of the DEM for the same slurries, the noise of the DEM
+(CSV) and the curves of its replicas (CSV).
+Out: a table (CSV) of one row a surrogate, slurry and number of steps: overlap_mean_predicted (mean of 1 - distance /
+(Ri + Rj) over the contacts of the prediction, before relaxation), density_error (density / density of the DEM - 1),
+density_in_sd (its size in standard deviations of DEM runs with other seeds), rdf_in_spread (mean |g - g_dem| of all
+particles over the mean difference between two such runs, over the bins that the DEM and all relaxations of the
+prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, RDF within --rdf-bar.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.costs import measured_cost, read_cost
+from slurrycast.files import InputError, write_text
+from slurrycast.frames import FrameStore, read_frames
+from slurrycast.noise import curves_of_replicas, read_noise
+from slurrycast.rdf import bin_edges_um
+from slurrycast.relaxation import COLUMNS, Structure, relaxation_errors
+from slurrycast.structure import radial_distributions
+from slurrycast.tables import read_table
+
+
+def structure_of(store: FrameStore, cutoff_um: float, bins: int) -> Structure:
+    """Density and RDF of the last frame."""
+    position_um, (lower_um, edges_um) = store.position_um(store.last), store.box(store.last)
+    r_edges_um = bin_edges_um(cutoff_um, bins, [edges_um])
+    g = radial_distributions(position_um, lower_um, edges_um, store.particles, r_edges_um)["all"]
+    curve = pd.DataFrame({"r_um": (r_edges_um[:-1] + r_edges_um[1:]) / 2, "g": g})
+    return Structure(store.density_g_cm3(store.last), curve)
+
+
+def one_value(table: pd.DataFrame, quantity: str, of: str) -> float:
+    """The value of a quantity. InputError if there is none, or several."""
+    values = table.value[table.quantity == quantity]
+    if len(values) != 1:
+        raise InputError(f"{of}: {len(values)} values of {quantity}, needed is one")
+    return float(values.iloc[0])
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    files = {"type": input_file, "nargs": "+", "required": True}
+    parser.add_argument("--relaxed", **files, help="in: relaxed structures (HDF5)")
+    parser.add_argument("--relaxation-costs", **files, help="in: their cost records (JSON) of relax_slurry, in order")
+    parser.add_argument("--structure", **files, help="in: quantities of the predictions (CSV)")
+    parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
+    parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
+    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
+    parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
+    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um, as of the curves")
+    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um, as of the curves")
+    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of all relaxations (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.relaxed) != len(args.relaxation_costs):
+        parser.error(f"{len(args.relaxed)} --relaxed but {len(args.relaxation_costs)} --relaxation-costs: one each")
+    return args
+
+
+def main() -> None:
+    """Measure the relaxed structures, compare them and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "compare_relaxation"):
+        noise = read_noise(args.noise)
+        replica_curves = curves_of_replicas(pd.concat(map(read_table, args.replica_rdf)))
+        measured = pd.concat(map(read_table, args.structure))
+        dem_structure, dem_rdf = (pd.concat(map(read_table, paths)) for paths in (args.dem_structure, args.dem_rdf))
+        relaxed, cpu_s, particles = {}, {}, {}
+        for path, cost_path in zip(args.relaxed, args.relaxation_costs, strict=True):
+            with read_frames(path) as store:
+                surrogate, slurry = key = tuple(str(store.attributes[name]) for name in ("surrogate", "slurry"))
+                steps, cost = json.loads(store.attributes["relaxation"])["steps"], read_cost(cost_path)
+                if (cost.surrogate, cost.slurry, cost.steps) != (surrogate, slurry, steps):
+                    raise InputError(f"{cost_path}: not the cost of {path}")
+                relaxed.setdefault(key, {})[steps] = structure_of(store, args.cutoff_um, args.bins)
+                cpu_s[*key, steps] = cost.cpu_s
+                particles[key] = len(store.particles)
+        tables = []
+        for (surrogate, slurry), by_steps in relaxed.items():
+            of_dem = dem_structure[dem_structure.slurry == slurry]
+            curve = dem_rdf[(dem_rdf.slurry == slurry) & (dem_rdf.pair == "all")]
+            if curve.empty:
+                raise InputError(f"slurry {slurry}, DEM: no curve of all particles to compare with")
+            density_g_cm3 = one_value(of_dem, "density_g_cm3", f"slurry {slurry}, DEM")
+            own = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
+            overlap = one_value(
+                own[own.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
+            )
+            dem = Structure(density_g_cm3, curve)
+            errors = relaxation_errors(by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_bar)
+            names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
+            tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
+        table = pd.concat(tables)
+        write_text(args.table, table.to_csv(index=False, columns=COLUMNS, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,85 @@
+"""Plot how far relaxed structures are from the end of the DEM against how long they were relaxed.
+
+In: tables/relaxation.csv.
+Out: PNG, one panel for the density and one for the RDF of all particles, both in units of the noise of the DEM: of the
+density, standard deviations of DEM runs with other seeds; of the RDF, the mean difference between two of them. A line
+is the mean of a surrogate over the slurries; variants and surrogates with earlier input frames are left out. The band
+is what counts as reached.
+"""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.figures import FAINT, main_labels, new_figure, save_figure, surrogate_colours
+from slurrycast.files import InputError
+from slurrycast.noise import BAND_SDS
+from slurrycast.relaxation import mean_errors
+from slurrycast.tables import read_table
+
+PANELS = {
+    "density_in_sd": ("Density", "|density − DEM| (replica sd)"),
+    "rdf_in_spread": ("RDF, all particles", "mean |g − g of the DEM| (replica spreads)"),
+}
+MARKERS = "osD^vPX*<>hpd8"
+MARGIN = 1.3  # around the points
+
+
+def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[str, str]) -> None:
+    """Draw one panel; `means` are surrogates x steps, `band` the largest error that counts as reached."""
+    known = means.to_numpy()
+    known = known[np.isfinite(known) & (known > 0)]
+    lowest, highest = min([band, *known]) / MARGIN, max([band, *known]) * MARGIN
+    axes.axhspan(lowest, band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: within the band")
+    for (label, own), marker in zip(means.iterrows(), MARKERS * len(means), strict=False):
+        axes.plot(own.index, own, color=colours[label], marker=marker, ms=6, markeredgecolor="white", label=label)
+    axes.set(xscale="log", yscale="log", ylim=(lowest, highest), xlabel="Steps of the relaxation")
+    axes.set_xlim(means.columns.min() / MARGIN, means.columns.max() * MARGIN)
+    axes.xaxis.set_major_locator(FixedLocator(means.columns))
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
+
+
+def draw_relaxation(table: pd.DataFrame, rdf_bar: float) -> Figure:
+    """Draw both panels; `table` is tables/relaxation.csv, `rdf_bar` the band of the RDF in replica spreads."""
+    labels = main_labels(list(dict.fromkeys(table.surrogate)))
+    colours = surrogate_colours(labels)
+    figure = new_figure(10.0, 5.0)
+    panels = figure.subplots(1, len(PANELS))
+    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": rdf_bar}
+    for axes, (column, (title, ylabel)) in zip(panels, PANELS.items(), strict=True):
+        draw_panel(axes, mean_errors(table, column, labels), bands[column], colours)
+        axes.set(title=f"{title} (band: {bands[column]:g})", ylabel=ylabel)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    return figure
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument("--relaxation", type=input_file, required=True, help="in: tables/relaxation.csv")
+    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Read the table and draw."""
+    args = parse_args()
+    table = read_table(args.relaxation)
+    if table.empty:
+        raise InputError(f"{args.relaxation}: no relaxation in it")
+    save_figure(draw_relaxation(table, args.rdf_bar), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,130 @@
+"""How long to relax: errors in closed form, the fewest steps of every order of successes, and the figure."""
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.image import imread
+
+import plot_relaxation
+from slurrycast.noise import COLUMNS, Noise
+from slurrycast.relaxation import Structure, fewest_steps, mean_errors, relaxation_errors
+
+NOISE = Noise(
+    "noise.csv",
+    pd.DataFrame(
+        [("6", 400, "density_g_cm3", 5, 2.25, 0.01), ("6", 400, "rdf_all", 5, 0.06, 0.001)],
+        columns=COLUMNS,
+    ),
+)
+
+
+def curve(g: list[float]) -> pd.DataFrame:
+    """Curve with equal bins from 0."""
+    return pd.DataFrame({"r_um": 0.5 * (np.arange(len(g)) + 0.5), "g": g})
+
+
+# two replicas that differ by 0.2 in the first three bins, and by more beyond
+REPLICAS = {("6", "all"): [curve([1.0, 1.0, 1.0, 1.0]), curve([1.2, 0.8, 1.2, 3.0])]}
+DEM = Structure(2.0, curve([1.0, 1.0, 1.0, 1.0]))
+
+
+def test_errors_in_units_of_the_replicas():
+    relaxed = {500: Structure(2.03, curve([1.1, 0.9, 1.1])), 100: Structure(1.98, curve([1.9, 1.9, 1.9, 9.0]))}
+    # 100 particles scatter twice as much as 400: 0.02 g/cm3, and 0.4 over the three bins that all have
+    rows = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_bar=2.0)
+    assert list(rows.steps) == [100, 500]
+    np.testing.assert_allclose(rows.density_error, [-0.01, 0.015])
+    np.testing.assert_allclose(rows.density_in_sd, [1.0, 1.5])
+    np.testing.assert_allclose(rows.rdf_in_spread, [0.9 / 0.4, 0.1 / 0.4])
+    assert rows.within_band.tolist() == [False, True]  # 2.25 spreads in the RDF
+    wider = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_bar=2.5)
+    assert wider.within_band.tolist() == [True, True]
+    # four times the particles scatter half as much: 3 sd
+    assert not relaxation_errors(relaxed, DEM, 400, NOISE, REPLICAS, rdf_bar=99.0).within_band[1]
+
+
+def test_a_scatter_of_zero_measures_nothing():
+    silent = Noise("noise.csv", NOISE.table.assign(sd=0.0))
+    rows = relaxation_errors({1: DEM}, DEM, 400, silent, REPLICAS, rdf_bar=2.0)
+    assert np.isnan(rows.density_in_sd[0])
+    assert not rows.within_band[0]
+
+
+def table(within: dict[str, dict[int, list[bool]]]) -> pd.DataFrame:
+    """tables/relaxation.csv, by surrogate and steps whether each slurry is within the band."""
+    rows = [
+        (surrogate, f"V{place}", steps, 0.01, 0.001, 1.0 + place, 0.5, 3.0, inside)
+        for surrogate, by_steps in within.items()
+        for steps, those in by_steps.items()
+        for place, inside in enumerate(those, 1)
+    ]
+    columns = ["surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd"]
+    return pd.DataFrame(rows, columns=[*columns, "rdf_in_spread", "cpu_s", "within_band"])
+
+
+def test_fewest_steps_hold_for_all_slurries_and_all_longer_relaxations():
+    found = fewest_steps(
+        table(
+            {
+                "soon": {500: [True, True], 2000: [True, True]},
+                "late": {2000: [True, True], 500: [True, False]},
+                "lucky": {500: [True, True], 1000: [False, True], 2000: [True, True]},
+                "never": {500: [True, True], 2000: [True, False]},
+            }
+        )
+    )
+    assert found == {"soon": 500, "late": 2000, "lucky": 2000, "never": None}
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=6))
+def test_from_the_fewest_steps_on_everything_is_within_and_just_before_it_is_not(within):
+    steps = fewest_steps(table({"a": {10 * (k + 1): [inside] for k, inside in enumerate(within)}}))["a"]
+    first = len(within) if steps is None else steps // 10 - 1
+    assert all(within[first:])
+    assert first == 0 or not within[first - 1]
+
+
+def test_means_are_over_the_slurries():
+    means = mean_errors(
+        table({"b": {500: [True, True]}, "a": {500: [True, True], 20: [True, True]}}), "density_in_sd", ["b", "a"]
+    )
+    assert list(means.index) == ["b", "a"]
+    assert list(means.columns) == [20, 500]
+    np.testing.assert_allclose(means, [[np.nan, 2.5], [2.5, 2.5]])
+
+
+def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
+    both = {20: [True, True], 500: [True, True]}
+    rows = table({"affine": both, "affine_f02": both, "early_dem_x2": both, "vgg16": both})
+    rows.loc[(rows.surrogate == "affine") & (rows.steps == 500), "density_in_sd"] = [0.2, 0.4]
+    rows.loc[rows.surrogate == "vgg16", "density_in_sd"] = 0.0  # has no place on a logarithmic axis
+    rows.to_csv(tmp_path / "relaxation.csv", index=False)
+    drawn = {}
+    original = plot_relaxation.draw_relaxation
+    monkeypatch.setattr(plot_relaxation, "draw_relaxation", lambda *given: drawn.setdefault("figure", original(*given)))
+    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-bar", "3"]
+    monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
+    plot_relaxation.main()
+    density, rdf = drawn["figure"].axes
+    lines = {line.get_label(): line for line in density.lines}
+    assert list(lines) == ["affine", "early_dem_x2", "vgg16"]
+    np.testing.assert_allclose(lines["affine"].get_xydata(), [[20, 2.5], [500, 0.3]])
+    assert [axes.get_title() for axes in (density, rdf)] == ["Density (band: 2)", "RDF, all particles (band: 3)"]
+    bands = [axes.patches[0].get_extents().transformed(axes.transData.inverted()).y1 for axes in (density, rdf)]
+    assert bands == pytest.approx([2.0, 3.0])
+    legend = [text.get_text() for text in drawn["figure"].legends[0].get_texts()]
+    assert sorted(legend) == ["affine", "early_dem_x2", "noise of the DEM: within the band", "vgg16"]
+    pixels = imread(tmp_path / "relaxation.png")[..., :3]
+    assert pixels.std() > 0.02
+
+
+def test_an_empty_table_is_refused(tmp_path, monkeypatch):
+    table({}).to_csv(tmp_path / "relaxation.csv", index=False)
+    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-bar", "3"]
+    monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
+    with pytest.raises(plot_relaxation.InputError, match="no relaxation in it"):
+        plot_relaxation.main()
