@@ -1,17 +1,20 @@
-"""Plot the structural error of every surrogate after relaxation against what it costs, and which are on the front.
+"""Plot the error of every surrogate, before and after relaxation, against what it costs, and which are on the front.
 
-In: tables/front.csv, tables/structure_errors.csv for the scatter of DEM replicas, tables/equilibrium.csv for the roles,
-and tables/speedup.csv for what the DEM up to its own equilibrium costs.
-Out: PNG, one panel for the density and one for the RDF; a point is the mean over the slurries of role test, the text
-beside it names variant and last input frame (f10: frame 10). The band is the noise of the DEM, within which order is
-not resolved: of the density, 2 sd of replicas; of the RDF, the mean difference between two replicas. Bold text marks
-the front: neither another surrogate nor the full DEM, which has no error, is at most as dear and better.
+In: tables/front.csv, tables/skill.csv for the coordinates, tables/structure_errors.csv for the scatter of DEM replicas,
+tables/equilibrium.csv for the roles, and tables/speedup.csv for what the DEM up to its own equilibrium costs.
+Out: PNG, one panel for the coordinates as predicted, as a share of the affine map's error, and below it one for the
+density and one for the RDF after relaxation. A point is the mean over the slurries of role test. A surrogate that is
+there with several last input frames is one line in their order, with the numbers of the frames beside its points. The
+band is the noise of the DEM, within which order is not resolved: of the density, 2 sd of replicas; of the RDF, the mean
+difference between two replicas. A dark rim marks the front: neither another surrogate nor the full DEM, which has no
+error, is at most as dear and better.
 """
 
 import argparse
 import re
 from collections.abc import Mapping, Sequence
-from itertools import product
+from dataclasses import dataclass
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -21,51 +24,72 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
+from slurrycast import surrogates
 from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours, surrogate_family
+from slurrycast.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
 from slurrycast.files import InputError
-from slurrycast.front import equilibrium_share, mean_front, on_front, replica_band
+from slurrycast.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
 from slurrycast.noise import BAND_SDS
 from slurrycast.tables import read_equilibrium, read_table
 
-MARKERS = "osD^vPX*<>"
+MARKERS = "osD^vPX*<>hpd8"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What a panel shows: title, axis, its factor on the column of the table, and what the band is."""
+
+    title: str
+    ylabel: str
+    scale: float
+    band: str
+    most: float = np.inf  # errors beyond are drawn at the upper edge and written
+    reference: str = ""  # what an error of 1 is
+
+
 PANELS = {
-    "density_error": ("Density", "|density / DEM − 1| after relaxation (%)", 100.0, f"{BAND_SDS} sd of replicas"),
-    "rdf_error": (
-        "RDF, all pairs",
-        "mean |g − g of the DEM| after relaxation",
-        1.0,
-        "mean difference between two replicas",
+    "mse_of_affine": Panel(
+        "Coordinates, before relaxation (numbers: last input frame)", "MSE / MSE of affine", 1.0, "", 2.0, "affine map"
+    ),
+    "density_error": Panel(
+        "Density, after relaxation", "|density / DEM − 1| (%)", 100.0, f"band: {BAND_SDS} sd of replicas"
+    ),
+    "rdf_error": Panel(
+        "RDF of all pairs, after relaxation", "mean |g − g of the DEM|", 1.0, "band: between two replicas"
     ),
 }
 FULL = "full DEM (no error: below the axis)"
 MARGIN = 1.25  # above and below the points
-SIDES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1))
-DISTANCES_PT = (6, 11, 17, 25)
+SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1))
+DISTANCES_PT = (6, 11, 17)
+ON_LINE = np.linspace(0, 1, 20)[:, None]  # where texts look whether they would cover a line
 
 
-def short_name(label: str, family: str, last_frame: int) -> str:
-    """What is special about `label` in its family: variant and last input frame."""
-    variant = re.sub(r"_f\d+$", "", label)[len(family) :].lstrip("_").replace("_", " ")
-    return f"{variant} f{last_frame:02d}".lstrip()
+def plain_label(label: str) -> str:
+    """The label without its last input frame: `early_dem_x10` of `early_dem_x10_f02`."""
+    return re.sub(r"_f\d+$", "", label) if surrogates.parse(label).last_frame is not None else label
 
 
-def place_names(axes: Axes, names: Sequence[tuple[str, float, float, str]]) -> None:
-    """Write each (text, x, y, weight) beside its point, where it covers the fewest points and earlier texts."""
+def place_numbers(axes: Axes, points: np.ndarray, numbers: Mapping[int, str], lines: Sequence[Sequence[int]]) -> None:
+    """Write each text of `numbers` beside its point (by place in `points`, (n, 2)), where it covers least.
+
+    It may cover points, earlier texts and the `lines` through points (by their places in order).
+    """
     axes.figure.draw_without_rendering()  # the layout has to be known
-    inside = axes.get_window_extent()
-    taken = [Bbox.from_bounds(*(axes.transData.transform((x, y)) - 4), 8, 8) for _, x, y, _ in names]
-    for text, x, y, weight in names:
+    inside, shown = axes.get_window_extent(), axes.transData.transform(points)
+    taken = [Bbox.from_bounds(x - 8, y - 8, 16, 16) for x, y in shown]
+    for start, end in (pair for line in lines for pair in pairwise(line)):
+        taken += [Bbox.from_bounds(x - 1, y - 1, 2, 2) for x, y in shown[start] + ON_LINE * (shown[end] - shown[start])]
+    for place, text in numbers.items():
         options = [
             axes.annotate(
                 text,
-                (x, y),
+                points[place],
                 xytext=(side * distance, up * distance),
                 textcoords="offset points",
                 ha=("center", "left", "right")[side],
                 va=("center", "bottom", "top")[up],
-                fontsize=8 if weight == "bold" else 7,
-                weight=weight,
+                fontsize=8,
             )
             for distance, (side, up) in product(DISTANCES_PT, SIDES)
         ]
@@ -85,22 +109,52 @@ def place_names(axes: Axes, names: Sequence[tuple[str, float, float, str]]) -> N
 def draw_panel(
     axes: Axes, points: pd.DataFrame, column: str, band: float, markers: Mapping[str, str], equilibrium: float
 ) -> None:
-    """Draw one panel; `points` are rows of `front.mean_front`, `band` in units of `column`, NaN for none.
+    """Draw one panel; `points` are rows of `front.mean_front` with `plain`, `band` in units of `column`, NaN for none.
 
-    `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN for none.
+    `markers` are those of the plain labels. `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN
+    for none.
     """
-    title, ylabel, scale, band_words = PANELS[column]
-    cost, error = 100 * points.cost_share_of_full_dem, scale * points[column]
+    panel = PANELS[column]
+    cost, error = 100 * points.cost_share_of_full_dem, panel.scale * points[column]
+    beyond = error > panel.most
     colours = surrogate_colours(list(markers))
-    axes.set(xscale="log", yscale="log", title=title, xlabel="Cost (% of the full DEM, CPU time)", ylabel=ylabel)
+    axes.set(xscale="log", yscale="log", xlabel="Cost (% of the full DEM, CPU time)", ylabel=panel.ylabel)
+    axes.set_title(f"{panel.title} ({panel.band})" if band > 0 else panel.title)
     front = on_front(points.cost_share_of_full_dem, points[column])
-    axes.plot(cost[front], error[front], color=INK, linewidth=1.1, zorder=2, label="front")
-    for family, marker in markers.items():
-        own = points.family == family
-        axes.plot(cost[own], error[own], marker, color=colours[family], markeredgecolor="white", ms=8, label=family)
-    lowest, highest = error.min() / MARGIN, MARGIN * max(error.max(), scale * band if band > 0 else 0)
+    axes.plot(cost[front], error[front], color=INK, linewidth=1.1, linestyle=(0, (1, 1.5)), zorder=2, label="front")
+    for plain, marker in markers.items():
+        own = points[points.plain == plain].sort_values("input_last_frame").index
+        axes.plot(cost[own], error[own], marker=marker, color=colours[plain], mec="white", mew=0.6, ms=7.5, label=plain)
+        rim = own[front[own]]
+        axes.plot(cost[rim], error[rim], marker, color=colours[plain], mec=INK, mew=1.2, ms=7.5)
+    shown = [*error[~beyond], *([1.0] if panel.reference else []), *([panel.scale * band] if band > 0 else [])]
+    lowest, highest = min([*error, *shown]) / MARGIN, max(shown) * MARGIN
     axes.set_ylim(bottom=lowest, top=highest)
-    axes.set_xlim(0.6 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
+    for place in points.index[beyond]:
+        axes.plot(
+            cost[place],
+            1,
+            "^",
+            transform=axes.get_xaxis_transform(),
+            color=colours[points.plain[place]],
+            ms=9,
+            clip_on=False,
+        )
+        axes.annotate(
+            f"{points.surrogate[place]}: {error[place]:.1f}",
+            (cost[place], 1),
+            (8, -2),
+            ("data", "axes fraction"),
+            "offset points",
+            va="top",
+            fontsize=8,
+        )
+    if panel.reference:
+        axes.axhline(1, color=INK, linewidth=0.9, zorder=1)
+        axes.annotate(
+            panel.reference, (1, 1), (-4, 3), ("axes fraction", "data"), "offset points", ha="right", fontsize=8
+        )
+    axes.set_xlim(0.8 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
     axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2)
     if equilibrium > 0:
         axes.axvline(100 * equilibrium, color=DEM, linestyle=":", linewidth=1.4, label="DEM to its own equilibrium")
@@ -108,40 +162,35 @@ def draw_panel(
     axes.plot(100, 0, "*", transform=axes.get_xaxis_transform(), clip_on=False, color=DEM, ms=13, zorder=4, label=FULL)
     if band > 0:
         axes.axhspan(
-            lowest, scale * band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: order not resolved"
+            lowest, panel.scale * band, color=FAINT, alpha=0.5, lw=0, label="noise of the DEM: order not resolved"
         )
-        axes.set_title(f"{title} (band: {band_words})")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7) if highest < 20 * lowest else (1, 2, 5)))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
 
 
 def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: float) -> Figure:
-    """Draw both panels; `points` as `front.mean_front` returns them, `band` as `front.replica_band` does.
+    """Draw all panels; `points` as `front.mean_front` returns them, `band` as `front.replica_band` does.
 
     `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN for none.
     """
-    points = points.assign(family=[surrogate_family(label, points.surrogate) for label in points.surrogate])
-    families = list(dict.fromkeys(points.family))
-    markers = {family: MARKERS[place % len(MARKERS)] for place, family in enumerate(families)}
-    figure = new_figure(11.0, 5.4)
-    panels = figure.subplots(1, 2)
-    for axes, column in zip(panels, PANELS, strict=True):
-        draw_panel(axes, points, column, band[column], markers, equilibrium)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=min(len(families) + 4, 5))
-    for axes, column in zip(panels, PANELS, strict=True):
-        front = on_front(points.cost_share_of_full_dem, points[column])
-        names = [
-            (
-                short_name(row.surrogate, row.family, row.input_last_frame),
-                100 * row.cost_share_of_full_dem,
-                PANELS[column][2] * getattr(row, column),
-                "bold" if named else "normal",
-            )
-            for row, named in zip(points.itertuples(), front, strict=True)
-        ]
-        place_names(axes, sorted(names, key=lambda name: name[3]))
+    points = points.assign(plain=points.surrogate.map(plain_label)).reset_index(drop=True)
+    plain = list(dict.fromkeys(points.plain))
+    markers = dict(zip(plain, MARKERS * len(plain), strict=False))
+    figure = new_figure(11.0, 9.0)
+    panels = figure.subplot_mosaic([["mse_of_affine"] * 2, ["density_error", "rdf_error"]])
+    for column, axes in panels.items():
+        draw_panel(axes, points, column, band.get(column, np.nan), markers, equilibrium)
+    axes = panels["density_error"]  # has what all have, and the band
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=5)
+    by_frame = points.sort_values("input_last_frame").groupby("plain", sort=False)
+    lines = [list(own.index) for _, own in by_frame if len(own) > 1]
+    numbers = {place: f"{points.input_last_frame[place]}" for line in lines for place in line}
+    for column, axes in panels.items():
+        places = np.column_stack([100 * points.cost_share_of_full_dem, PANELS[column].scale * points[column]])
+        place_numbers(axes, places, numbers, lines)
     return figure
 
 
@@ -149,6 +198,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
+    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
     parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
     parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
@@ -163,6 +213,9 @@ def main() -> None:
     table = table[table.slurry.isin(equilibrium.slurry[equilibrium.role == "test"])]
     if table.empty:
         raise InputError(f"{args.front}: no slurry of role test")
+    table = with_relative_mse(table, read_table(args.skill))
+    if table.empty:
+        raise InputError(f"{args.skill}: no surrogate and slurry of {args.front}")
     points = mean_front(table)
     test = set(table.slurry)
     band = replica_band(read_table(args.structure_errors), test)

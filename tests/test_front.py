@@ -21,6 +21,7 @@ from slurrycast.front import (
     on_front,
     replica_band,
     structure_error_columns,
+    with_relative_mse,
 )
 from slurrycast.tables import read_table
 
@@ -75,6 +76,20 @@ def test_means_are_over_the_same_slurries():
     rows = mean_front(pd.DataFrame(keys | costs))
     assert list(rows.surrogate) == ["a", "b"]
     np.testing.assert_allclose(rows.density_error, [0.02, 0.01])
+
+
+def test_relative_mse_is_that_of_each_slurry_and_goes_into_the_means():
+    keys = {"surrogate": ["net", "net", "affine"], "input_last_frame": 10, "slurry": ["2", "6", "2"]}
+    errors = {"cost_share_of_full_dem": [0.2, 0.9, 0.1], "density_error": 0.01, "rdf_error": 0.1}
+    skill = {"surrogate": ["net", "affine", "net", "far"], "slurry": ["2", "2", "6", "6"]}
+    skill |= {"mse_um2": [0.2, 0.1, np.nan, 3.0], "mse_affine_um2": 0.1}
+    rows = with_relative_mse(pd.DataFrame(keys | errors), pd.DataFrame(skill))
+    # slurry 6 of net has no MSE
+    assert list(zip(rows.surrogate, rows.slurry, strict=True)) == [("net", "2"), ("affine", "2")]
+    np.testing.assert_allclose(rows.mse_of_affine, [2, 1])
+    means = mean_front(rows)
+    assert list(means.surrogate) == ["affine", "net"]
+    np.testing.assert_allclose(means.mse_of_affine, [1, 2])
 
 
 def test_known_front():

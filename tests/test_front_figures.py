@@ -68,58 +68,126 @@ def test_costs_of_an_unknown_surrogate(tmp_path, monkeypatch):
     assert not (tmp_path / "costs.png").exists()
 
 
-def test_front_marks_those_that_are_on_it(tmp_path, monkeypatch):
-    labels = ["affine", "affine_f02", "early_dem_x2", "early_dem_x10_f02", "vgg16"]
+LABELS = ["affine", "affine_f02", "early_dem_x2", "early_dem_x10_f02", "vgg16", "early_dem_x10"]
+
+
+@pytest.fixture
+def front(tmp_path, monkeypatch):
+    """The figure that plot_front draws from small tables, with a validation slurry that does not count."""
     points = {
-        "surrogate": labels,
-        "input_last_frame": [10, 2, 10, 2, 10],
-        "cost_share_of_full_dem": [0.1, 0.05, 0.4, 0.3, 1.2],
-        "density_error": [0.004, 0.005, 0.002, 0.0045, 0.001],
-        "rdf_error": [0.02, 0.02, 0.02, 0.01, 0.03],
+        "surrogate": LABELS,
+        "input_last_frame": [10, 2, 10, 2, 10, 10],
+        "cost_share_of_full_dem": [0.1, 0.05, 0.4, 0.3, 1.2, 0.35],
+        "density_error": [0.004, 0.005, 0.002, 0.0045, 0.001, 0.0046],
+        "rdf_error": [0.02, 0.02, 0.02, 0.01, 0.03, 0.02],
     }
+    mse_um2 = [0.1, 0.13, 0.06, 0.12, 1.05, 0.09]
     test, validation = (pd.DataFrame(points | {"slurry": slurry}) for slurry in ("2", "V1"))
     validation.density_error *= 100
-    pd.concat([test, validation]).to_csv(tmp_path / "front.csv", index=False)
     roles = pd.DataFrame({"slurry": ["2", "V1"], "role": ["test", "validation"], "warning": ""})
-    roles.to_csv(tmp_path / "equilibrium.csv", index=False)
     errors = {"surrogate": "affine", "slurry": "2", "stage": "relaxed", "quantity": ["density_g_cm3", "rdf_all"]}
     errors |= {"value": [2.0, 0.02], "dem_value": [2.0, 0.0], "replica_sd": [0.006, 0.015]}
-    pd.DataFrame(errors).to_csv(tmp_path / "structure_errors.csv", index=False)
-
-    comparison("affine").assign(slurry=["2", "N1"], clock="cpu_s").to_csv(tmp_path / "speedup.csv", index=False)
-
+    skill = pd.DataFrame({"surrogate": LABELS, "slurry": "2", "mse_um2": mse_um2, "mse_affine_um2": 0.1})
+    tables = {
+        "front": pd.concat([test, validation]),
+        "skill": pd.concat([skill, skill.assign(slurry="V1", mse_um2=9.0)]),
+        "equilibrium": roles,
+        "structure_errors": pd.DataFrame(errors),
+        "speedup": comparison("affine").assign(slurry=["2", "N1"], clock="cpu_s"),
+    }
     drawn = {}
     original = plot_front.draw_front
     monkeypatch.setattr(plot_front, "draw_front", lambda *given: drawn.setdefault("figure", original(*given)))
     words = ["plot_front", "--figure", str(tmp_path / "front.png")]
-    for name in ("front", "equilibrium", "structure_errors", "speedup"):
+    for name, table in tables.items():
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
         words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
     monkeypatch.setattr(sys, "argv", words)
     plot_front.main()
-    density, rdf = drawn["figure"].axes
-    assert sorted(texts(density)) == ["f02", "f10", "f10", "x10 f02", "x2 f10"]
-    bold = [[text.get_text() for text in axes.texts if text.get_weight() == "bold"] for axes in (density, rdf)]
-    assert [sorted(names) for names in bold] == [["f02", "f10", "x2 f10"], ["f02", "x10 f02"]]
-    front = next(line for line in density.lines if line.get_label() == "front")
-    np.testing.assert_allclose(front.get_xydata(), [[5, 0.5], [10, 0.4], [40, 0.2]])  # both in %
-    equilibrium = next(line for line in density.lines if line.get_label() == "DEM to its own equilibrium")
-    assert set(equilibrium.get_xdata()) == {60}
-    assert [axes.get_title() for axes in (density, rdf)] == [
-        "Density (band: 2 sd of replicas)",
-        "RDF, all pairs (band: mean difference between two replicas)",
+    assert is_drawn(tmp_path / "front.png")
+    return drawn["figure"]
+
+
+def line_of(axes, label: str) -> np.ndarray:
+    """Points (n, 2) of a line by its label."""
+    return next(line for line in axes.lines if line.get_label() == label).get_xydata()
+
+
+def rims(axes) -> list[list[float]]:
+    """Points with a dark rim, in order of cost."""
+    marked = [
+        line
+        for line in axes.lines
+        if line.get_markeredgecolor() == plot_front.INK and not line.get_label()[0].isalpha()
+    ]
+    marked = [line.get_xydata() for line in marked if line.get_marker() != "None"]
+    return sorted(point for points in marked for point in points.round(6).tolist())
+
+
+def test_front_marks_those_that_are_on_it(front):
+    mse, density, rdf = front.axes
+    on_density = [[5, 0.5], [10, 0.4], [40, 0.2]]  # both in %
+    np.testing.assert_allclose(line_of(density, "front"), on_density)
+    np.testing.assert_allclose(rims(density), on_density)
+    np.testing.assert_allclose(rims(rdf), [[5, 0.02], [30, 0.01]])
+    np.testing.assert_allclose(rims(mse), [[5, 1.3], [10, 1.0], [35, 0.9], [40, 0.6]])
+    assert set(line_of(density, "DEM to its own equilibrium")[:, 0]) == {60}
+    assert [axes.get_title() for axes in (mse, density, rdf)] == [
+        "Coordinates, before relaxation (numbers: last input frame)",
+        "Density, after relaxation (band: 2 sd of replicas)",
+        "RDF of all pairs, after relaxation (band: between two replicas)",
     ]
     band = next(patch for patch in density.patches if patch.get_label() == "noise of the DEM: order not resolved")
     assert band.get_extents().transformed(density.transData.inverted()).y1 == pytest.approx(0.6)
-    assert is_drawn(tmp_path / "front.png")
+
+
+def test_input_frames_of_a_surrogate_are_one_line_in_their_order(front):
+    for axes in front.axes:
+        assert line_of(axes, "affine")[:, 0] == pytest.approx([5, 10])
+        assert line_of(axes, "early_dem_x10")[:, 0] == pytest.approx([30, 35])
+        assert len(line_of(axes, "early_dem_x2")) == 1
+        numbers = [text for text in texts(axes) if text.isdigit()]
+        assert sorted(numbers) == ["10", "10", "2", "2"]  # those of the two lines
+    legend = [text.get_text() for text in front.legends[0].get_texts()]
+    assert {"affine", "early_dem_x10", "early_dem_x2", "vgg16"} < set(legend)
+    assert not any("_f02" in text for text in legend)
+
+
+def test_an_error_far_beyond_the_affine_map_is_written_at_the_edge(front):
+    mse, density, _ = front.axes
+    assert "vgg16: 10.5" in texts(mse)
+    assert mse.get_ylim()[1] < 2
+    assert not any("vgg16" in text for text in texts(density))
+
+
+def test_numbers_do_not_overlap(front):
+    front.draw_without_rendering()
+    for axes in front.axes:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert not any(a.overlaps(b) for place, a in enumerate(boxes) for b in boxes[:place])
+
+
+def test_labels_without_their_last_input_frame():
+    labels = ["affine", "affine_f02", "early_dem_x10_f04", "vgg16_box"]
+    assert [plot_front.plain_label(label) for label in labels] == ["affine", "affine", "early_dem_x10", "vgg16_box"]
 
 
 def test_front_without_replicas(tmp_path):
     columns = {"surrogate": ["affine"], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
-    points = pd.DataFrame(columns | {"density_error": [0.004], "rdf_error": [0.02]})
+    points = pd.DataFrame(columns | {"mse_of_affine": [1.0], "density_error": [0.004], "rdf_error": [0.02]})
     figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan}, np.nan)
-    assert [len(axes.patches) for axes in figure.axes] == [0, 0]
+    assert [len(axes.patches) for axes in figure.axes] == [0, 0, 0]
     save_figure(figure, tmp_path / "front.png")
     assert is_drawn(tmp_path / "front.png")
+
+
+def test_front_without_any_affine_map_within_the_axis(tmp_path):
+    columns = {"surrogate": ["persistence"], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
+    points = pd.DataFrame(columns | {"mse_of_affine": [9.0], "density_error": [0.004], "rdf_error": [0.02]})
+    figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan}, np.nan)
+    low, high = figure.axes[0].get_ylim()
+    assert low < 1 < high
+    assert "persistence: 9.0" in texts(figure.axes[0])
 
 
 def test_skill_below_the_axis_is_written(tmp_path):

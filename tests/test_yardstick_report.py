@@ -327,7 +327,7 @@ def test_steps_that_each_surrogate_needs(yardsticks):
     assert relaxation_sentence(relaxed) == (
         "Fewest steps of relaxation, of 500 and 3,500, from which on the density is within 2 replica sd and the RDF "
         "within 2 replica spreads of the DEM, for validation slurry V1: 500 for affine and affine_f02; 3,500 for net; "
-        "none of those tried for persistence."
+        "none of them is enough for persistence."
     )
     section = relaxation_section(relaxed)
     assert section.blocks[-1].rows[0] == ["persistence", "1.20%", "1.2", "1.2", "0.8", "0.8", "1", "7", "none"]

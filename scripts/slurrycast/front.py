@@ -9,6 +9,7 @@ from slurrycast.noise import BAND_SDS
 
 REFERENCE = "early_dem"  # the DEM hurried on from the last input frame: what a user would do without any of this
 ERRORS = ("mse_um2", "density_error", "rdf_error")
+KEYS = ("surrogate", "input_last_frame", "slurry")
 
 
 def structure_error_columns(structure_errors: pd.DataFrame) -> pd.DataFrame:
@@ -39,14 +40,24 @@ def front(speedup: pd.DataFrame, structure_errors: pd.DataFrame, last_frames: Ma
     return shares.merge(structure_error_columns(structure_errors), on=["surrogate", "slurry"], validate="one_to_one")
 
 
+def with_relative_mse(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
+    """Rows of tables/front.csv with `mse_of_affine`: MSE of the predicted coordinates over that of the affine map.
+
+    `skill` is tables/skill.csv. Rows without an MSE are left out.
+    """
+    relative = skill.assign(mse_of_affine=skill.mse_um2 / skill.mse_affine_um2)
+    relative = relative[["surrogate", "slurry", "mse_of_affine"]].dropna()
+    return front_table.merge(relative, on=["surrogate", "slurry"], validate="one_to_one")
+
+
 def mean_front(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean of cost and errors over the slurries of tables/front.csv, one row a surrogate in order of cost.
+    """Mean of cost and all errors over the slurries of tables/front.csv, one row a surrogate in order of cost.
 
     Every row stands for the same slurries: those that every surrogate has.
     """
     common = set.intersection(*(set(own.slurry) for _, own in table.groupby("surrogate")))
     means = table[table.slurry.isin(common)].groupby(["surrogate", "input_last_frame"], sort=False)
-    means = means[["cost_share_of_full_dem", "density_error", "rdf_error"]].mean().reset_index()
+    means = means[[column for column in table if column not in KEYS]].mean().reset_index()
     return means.sort_values("cost_share_of_full_dem", ignore_index=True)
 
 

@@ -437,6 +437,12 @@ def structure_section(yardsticks: Yardsticks) -> Section:
     return Section("Structure", [*figure, *blocks])
 
 
+FRONT_CAPTION = (
+    "Error against cost: of the predicted coordinates as a share of the affine map's, and of density and RDF after "
+    "relaxation. A surrogate with several last input frames is one line in their order, with the numbers of the frames."
+)
+
+
 def front_section(yardsticks: Yardsticks) -> Section:
     """tables/front.csv."""
     tested = yardsticks.front[yardsticks.front.slurry.isin(yardsticks.test)]
@@ -459,7 +465,7 @@ def front_section(yardsticks: Yardsticks) -> Section:
             those = means.surrogate[on_front(means.cost_share_of_full_dem, means[column])]
             sentence += f" On that of {words} error against cost: {listed([*those, 'the full DEM'])}."
         sentence += " Order within the band of the DEM's own noise is not resolved."
-    figure = figure_block(yardsticks.figures, "front", "Fig. Y3", f"Structural error against cost. {sentence}")
+    figure = figure_block(yardsticks.figures, "front", "Fig. Y3", f"{FRONT_CAPTION} {sentence}")
     table = Table("Table Y5", caption, columns, rows, groups=groups)
     return Section("Error against cost", [*figure, table] if figure else [Text(sentence), table])
 
@@ -593,7 +599,7 @@ def relaxation_sentence(yardsticks: Yardsticks) -> str:
     for steps in [*tried, None]:
         those = [name for name, own in found.items() if own == steps]
         if those:
-            parts.append(f"{'none of those tried' if steps is None else f'{steps:,}'} for {listed(those)}")
+            parts.append(f"{'none of them is enough' if steps is None else f'{steps:,}'} for {listed(those)}")
     slurries = list(dict.fromkeys(yardsticks.relaxation.slurry))
     return (
         f"Fewest steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, from which on the density is "

@@ -437,6 +437,7 @@ rule plot_front:
         script="scripts/plot_front.py",
         modules=modules("scripts/plot_front.py"),
         front=rules.compute_front.output.table,
+        skill=rules.compute_skill.output.table,
         structure_errors=rules.compare_structure.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         speedup=rules.compare_costs.output.table,
@@ -454,7 +455,8 @@ rule plot_front:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --front {input.front:q} --structure-errors {input.structure_errors:q}"
+        "python {input.script:q} --front {input.front:q} --skill {input.skill:q}"
+        " --structure-errors {input.structure_errors:q}"
         " --equilibrium {input.equilibrium:q} --speedup {input.speedup:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
