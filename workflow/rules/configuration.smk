@@ -225,6 +225,19 @@ def relaxation(wildcards):
     return config["relaxation"] | ({"steps": int(steps)} if steps else {})
 
 
+def relaxed_for_steps(path):
+    """Files of rule relax_slurry for every surrogate, validation slurry and number of steps; `path` as in its output.
+
+    The relaxation for relaxation.steps is that of the main job.
+    """
+    if not RELAXATION_STEPS:
+        raise WorkflowError("yardsticks.relaxation_steps = []: must be at least one number for this target")
+    if not with_role("validation"):
+        raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
+    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
+    return expand(path, surrogate=LABELS, slurry=with_role("validation"), steps=steps)
+
+
 def timestep_runs():
     """Ids of the runs of the convergence study."""
     of_table("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)

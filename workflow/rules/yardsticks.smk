@@ -20,19 +20,6 @@ HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATIO
 HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 
-def relaxed_for_steps(path):
-    """Files of rule relax_slurry for every surrogate, validation slurry and number of steps; `path` as in its output.
-
-    The relaxation for relaxation.steps is that of the main job.
-    """
-    if not RELAXATION_STEPS:
-        raise WorkflowError("yardsticks.relaxation_steps = []: must be at least one number for this target")
-    if not with_role("validation"):
-        raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
-    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
-    return expand(path, surrogate=YARDSTICKS, slurry=with_role("validation"), steps=steps)
-
-
 rule run_twin:
     input:
         script="scripts/run_twin.py",
