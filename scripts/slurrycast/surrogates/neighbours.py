@@ -175,7 +175,7 @@ def _inputs(seen: Graph) -> list["tf.Tensor"]:
 
 
 def _signature(network: "keras.Model") -> list["tf.TensorSpec"]:
-    """What it takes, for any number of particles: rounding would depend on which slurry came first if each had its own."""
+    """What it takes, for any number of particles: one trace for each would make rounding depend on their order."""
     import tensorflow as tf
 
     return [tf.TensorSpec((None, *entry.shape[1:]), entry.dtype) for entry in network.inputs]
