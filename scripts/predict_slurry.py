@@ -2,8 +2,8 @@
 
 In: the slurry's frame store (HDF5), and what the surrogate needs beside it: a model, the packing fraction that gives
 the final box, or the restart file from which it goes on with the DEM.
-Out: predicted unwrapped coordinates (um) with the box that the surrogate's rule gives, as a frame store of one frame.
-The rule and its scale are attributes of the file.
+Out: predicted unwrapped coordinates (um) with the box that the surrogate's rule gives, as a frame store of one frame,
+and their spread (um) if the surrogate gives one. The rule and its scale are attributes of the file.
 """
 
 import argparse
@@ -101,10 +101,12 @@ def main() -> None:
             cost.particles = len(store.particles)
             question = question_for(args, surrogate, store)
             prediction = surrogate.predict(question, args.model, {**args.settings, **label.settings})
-            predicted_um, last = prediction.position_um, question.last
+            predicted_um, spread_um, last = prediction.position_um, prediction.spread_um, question.last
             source = args.model or args.surrogate
             if not np.isfinite(predicted_um).all():
                 raise RunError(f"{source}: predicts coordinates of slurry {slurry} that are not finite")
+            if spread_um is not None and not (np.isfinite(spread_um) & (spread_um > 0)).all():
+                raise RunError(f"{source}: predicts spreads of slurry {slurry} that are not finite and above 0")
             if surrogate.BOX_RULE == "scale_of_prediction":
                 edges_um = last.edges_um * final_box.scale_of_prediction(predicted_um, last.position_um)
             elif surrogate.BOX_RULE == "mean_packing_fraction":
@@ -130,6 +132,7 @@ def main() -> None:
                 coordination=np.full(cost.particles, -1, dtype=np.int32),  # not predicted
                 lower_um=-edges_um / 2,
                 edges_um=edges_um,
+                position_spread_um=spread_um,
             )
             attributes = {
                 **store.attributes,

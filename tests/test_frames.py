@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 
 import h5py
 import MDAnalysis
@@ -75,6 +76,51 @@ def test_round_trip(store_path, particles, frames):
         assert list(store.attributes["input_frames"]) == [7, 8]
 
 
+@pytest.fixture
+def doubtful_path(tmp_path, particles, frames):
+    """A store whose frames have a spread."""
+    rng = np.random.default_rng(3)
+    doubtful = [replace(frame, position_spread_um=rng.uniform(0.1, 0.2, (N, 3))) for frame in frames]
+    write_frames(tmp_path / "b.h5", particles, iter(doubtful), {"slurry": "A"})
+    with read_frames(tmp_path / "b.h5") as store:
+        for frame in doubtful:
+            np.testing.assert_array_equal(store.position_spread_um(frame.number), frame.position_spread_um)
+            np.testing.assert_array_equal(store.frame(frame.number).position_spread_um, frame.position_spread_um)
+    return tmp_path / "b.h5"
+
+
+def test_a_spread_is_optional(store_path, doubtful_path):
+    """What a store without one holds is what it held before there were any."""
+    with h5py.File(doubtful_path) as file:
+        spread = file[f"{GROUP}/position_spread"]
+        assert set(spread) == {"step", "time", "value"}
+        assert spread["value"].attrs["units"] == "um"
+        assert (spread["value"].compression, spread["value"].fletcher32) == ("gzip", True)
+    with h5py.File(store_path) as file:
+        assert "position_spread" not in file[GROUP]
+    with read_frames(store_path) as store:
+        assert store.position_spread_um(7) is None
+        assert store.frame(7).position_spread_um is None
+
+
+@pytest.mark.parametrize("spread", [np.ones((3, N)), np.ones((3, N, 2)), np.ones((2, N, 3)), np.full((3, N, 3), b"1")])
+def test_a_spread_of_another_shape_or_kind_is_refused(doubtful_path, spread):
+    with h5py.File(doubtful_path, "a") as file:
+        del file[f"{GROUP}/position_spread/value"]
+        file[f"{GROUP}/position_spread/value"] = spread
+    shutil.rmtree(doubtful_path.parent / CHECKSUMS)
+    with pytest.raises(InputError, match=r"b\.h5: not a readable frame store \(position_spread/value holds .*expected"):
+        read_frames(doubtful_path)
+
+
+def test_a_spread_is_in_all_frames_or_in_none(tmp_path, particles, frames):
+    doubtful = replace(frames[1], position_spread_um=np.ones((N, 3)))
+    for those in ([frames[0], doubtful], [doubtful, frames[0]]):
+        with pytest.raises(ValueError, match="does not hold the same quantities as the first one"):
+            write_frames(tmp_path / "c.h5", particles, those, {})
+        assert not (tmp_path / "c.h5").exists()
+
+
 def test_mask_of_a_phase(particles):
     np.testing.assert_array_equal(particles.in_phase("8YSZ"), np.arange(N) >= N // 2)
 
@@ -130,20 +176,21 @@ def test_other_files_are_refused(tmp_path, store_path):
             read_frames(tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["position", "scaled_position", "coordination"])
-def test_wrong_byte_in_a_frame_is_noticed(store_path, name):
+@pytest.mark.parametrize("name", ["position", "scaled_position", "coordination", "position_spread"])
+def test_wrong_byte_in_a_frame_is_noticed(doubtful_path, name):
+    store_path = doubtful_path
     with h5py.File(store_path) as file:
         chunk = file[f"{GROUP}/{name}/value"].id.get_chunk_info(1)
     content = bytearray(store_path.read_bytes())
     content[chunk.byte_offset + chunk.size // 2] ^= 1
     store_path.write_bytes(content)
-    with pytest.raises(InputError, match=r"a\.h5: not what was written there"):
+    with pytest.raises(InputError, match=r"b\.h5: not what was written there"):
         read_frames(store_path)
     shutil.rmtree(store_path.parent / CHECKSUMS)  # and where that is not known
     with read_frames(store_path) as store:
-        read = getattr(store, "position_um" if name == "position" else name)
+        read = getattr(store, f"{name}_um" if name.startswith("position") else name)
         read(7)
-        with pytest.raises(InputError, match=r"a\.h5: not a readable frame store"):
+        with pytest.raises(InputError, match=r"b\.h5: not a readable frame store"):
             read(8)
 
 

@@ -2,11 +2,13 @@
 
 import json
 import subprocess
+import sys
 
 import h5py
 import numpy as np
 import pytest
 
+from slurrycast.files import RunError
 from slurrycast.frames import read_frames, write_frames
 
 LAST_INPUT = 10
@@ -154,6 +156,55 @@ def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(command, slurry, t
     done = subprocess.run(command("predict_slurry", **options), capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(f"which cannot hold its particles{advice}")
+    assert not (tmp_path / "p.h5").exists()
+
+
+@pytest.fixture
+def doubtful(slurry, tmp_path, monkeypatch):
+    """Predict by a surrogate that stays where it is and has the spread given (n, 3); the store's path."""
+    import predict_slurry
+    from slurrycast import surrogates
+    from slurrycast.surrogates.question import Prediction
+
+    def run(spread_um):
+        persistence = surrogates.load("persistence")
+        monkeypatch.setattr(
+            persistence, "predict", lambda question, *_: Prediction(question.last.position_um, spread_um=spread_um)
+        )
+        words = [
+            "--surrogate",
+            "persistence",
+            "--settings",
+            "{}",
+            "--frames",
+            slurry / "frames.h5",
+            "--input-frames",
+            10,
+        ]
+        words += ["--target-frame", 120, "--predicted", tmp_path / "p.h5", "--cost", tmp_path / "c.json"]
+        monkeypatch.setattr(sys, "argv", ["predict_slurry.py", *map(str, words)])
+        predict_slurry.main()
+        return tmp_path / "p.h5"
+
+    return run
+
+
+def test_the_spread_of_a_prediction_is_kept(doubtful, slurry):
+    with read_frames(slurry / "frames.h5") as store:
+        spread_um = np.random.default_rng(1).uniform(0.1, 0.3, (len(store.particles), 3))
+    with read_frames(doubtful(spread_um)) as predicted:
+        np.testing.assert_array_equal(predicted.position_spread_um(120), spread_um)
+    with read_frames(doubtful(None)) as predicted:
+        assert predicted.position_spread_um(120) is None
+
+
+@pytest.mark.parametrize("wrong", [0.0, -0.1, np.nan, np.inf])
+def test_a_spread_that_is_none_is_refused(doubtful, slurry, tmp_path, wrong):
+    with read_frames(slurry / "frames.h5") as store:
+        spread_um = np.full((len(store.particles), 3), 0.1)
+    spread_um[3, 1] = wrong
+    with pytest.raises(RunError, match=r"persistence: predicts spreads of slurry \w+ that are not finite and above 0"):
+        doubtful(spread_um)
     assert not (tmp_path / "p.h5").exists()
 
 

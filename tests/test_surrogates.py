@@ -24,6 +24,7 @@ def test_every_surrogate_has_the_interface(name):
     assert hasattr(surrogate, "fit") == (surrogate.MODEL_FILE is not None)
     assert (surrogate.BOX_RULE == "simulated") == surrogate.CONTINUES_DEM
     assert callable(surrogate.predict)
+    assert surrogate.HAS_SPREAD is (name == "neighbours")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ H5MD 1.1 (de Buyl, Colberg & Höfling, Comput. Phys. Commun. 185, 1546 (2014)) w
     particles/slurry/position/{value, step, time}              unwrapped coordinates (frames, n, 3), um
     particles/slurry/scaled_position/{value, step, time}       the same in box edges, from the lower corner
     particles/slurry/coordination/{value, step, time}          contacts of each particle, (frames, n)
+    particles/slurry/position_spread/{value, step, time}       only of predictions that say how sure they are: standard
+                                                               deviation of each coordinate (frames, n, 3), um
     particles/slurry/box/edges/{value, step, time}             (frames, 3), um
     particles/slurry/box/lower/{value, step, time}             lower corner, (frames, 3), um; H5MD has no place for it
     particles/slurry/{id, type, species, size_class, radius, mass}      (n,); species is the phase
@@ -55,7 +57,10 @@ class Particles:
 
 @dataclass(frozen=True)
 class Frame:
-    """One instant: unwrapped `position_um` (n, 3), `scaled_position` (n, 3), `coordination` (n,) and the box."""
+    """One instant: unwrapped `position_um` (n, 3), `scaled_position` (n, 3), `coordination` (n,) and the box.
+
+    `position_spread_um` (n, 3) only of a prediction that says how sure it is.
+    """
 
     number: int
     step: int
@@ -65,6 +70,7 @@ class Frame:
     coordination: np.ndarray
     lower_um: np.ndarray
     edges_um: np.ndarray
+    position_spread_um: np.ndarray | None = None
 
 
 class FrameStore:
@@ -89,10 +95,11 @@ class FrameStore:
         """Refuse arrays whose shapes or kinds do not belong together; ValueError says which."""
         n, frames = len(self.particles.id), len(self.frame_numbers)
         found = {name: self._group[name] for name, _, _ in _STATIC}
-        found |= {f"{name}/value": self._group[f"{name}/value"] for name, _, _ in _TIME_DEPENDENT}
+        held = [name for name, _, _ in _TIME_DEPENDENT if name not in _OPTIONAL or name in self._group]
+        found |= {f"{name}/value": self._group[f"{name}/value"] for name in held}
         found |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
         of_frames = {"frame_numbers": (), "position/step": (), "position/time": (), "coordination/value": (n,)}
-        of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3)}
+        of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3), "position_spread/value": (n, 3)}
         of_frames |= {"box/edges/value": (3,), "box/lower/value": (3,)}
         for name, array in found.items():
             shape = (frames, *of_frames[name]) if name in of_frames else (n,)
@@ -125,6 +132,10 @@ class FrameStore:
         """Number of contacts of each particle (n,) at frame `k`."""
         return self._at("coordination", k)
 
+    def position_spread_um(self, k: int) -> np.ndarray | None:
+        """Standard deviation (n, 3) in um that a prediction expects of each coordinate; None where there is none."""
+        return self._at("position_spread", k) if "position_spread" in self._group else None
+
     def box(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Lower corner (3,) and edges (3,) of the box in um at frame `k`."""
         return self._at("box/lower", k), self._at("box/edges", k)
@@ -142,6 +153,7 @@ class FrameStore:
             coordination=self.coordination(k),
             lower_um=lower_um,
             edges_um=edges_um,
+            position_spread_um=self.position_spread_um(k),
         )
 
     def volume_um3(self, k: int) -> float:
@@ -182,9 +194,11 @@ _TIME_DEPENDENT = (
     ("position", "position_um", "um"),
     ("scaled_position", "scaled_position", ""),
     ("coordination", "coordination", ""),
+    ("position_spread", "position_spread_um", "um"),
     ("box/edges", "edges_um", "um"),
     ("box/lower", "lower_um", "um"),
 )
+_OPTIONAL = ("position_spread",)
 _STATIC = (
     ("id", "id", ""),
     ("type", "type", ""),
@@ -203,7 +217,8 @@ def write_frames(
 ) -> None:
     """Write `frames`, one after the other as they come, in compressed, checksummed chunks of one frame each.
 
-    `attributes` say where the frames come from (strings and numbers).
+    `attributes` say where the frames come from (strings and numbers). What is optional is in all frames or in none:
+    ValueError otherwise.
     """
     with hdf5_moved_into_place(path) as file:
         file.create_group("h5md").attrs["version"] = np.array([1, 1])
@@ -220,8 +235,14 @@ def write_frames(
         box.attrs["dimension"] = 3
         box.attrs["boundary"] = ["periodic"] * 3
         numbers, steps, times_us = [], [], []
+        written = _TIME_DEPENDENT
         for count, frame in enumerate(frames):
-            for name, field, unit in _TIME_DEPENDENT:
+            held = [(name, *rest) for name, *rest in _TIME_DEPENDENT if getattr(frame, rest[0]) is not None]
+            if count == 0:
+                written = held
+            elif held != written:
+                raise ValueError(f"{path}: frame {frame.number} does not hold the same quantities as the first one")
+            for name, field, unit in written:
                 value = np.asarray(getattr(frame, field))
                 if count == 0:
                     compression = (
@@ -248,7 +269,7 @@ def write_frames(
         group["position/step"] = np.array(steps)
         group["position/time"] = np.array(times_us)
         group["position/time"].attrs["units"] = "us"
-        for name, _, _ in _TIME_DEPENDENT[1:]:
+        for name, _, _ in written[1:]:
             group[f"{name}/step"] = group["position/step"]
             group[f"{name}/time"] = group["position/time"]
         file["parameters/frame_numbers"] = np.array(numbers)

@@ -10,6 +10,7 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     LEARNS_FROM     "samples" (particles of the training set, whatever their slurry), "frames" (whole slurries; then a
                     label may have a last input frame of its own), or None
     CONTINUES_DEM   whether it goes on with the DEM from the restart file at the last input frame
+    HAS_SPREAD      whether its predictions have a spread, from which their uncertainty is calibrated
     VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
     fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
                     trains and writes the model and history.csv (epoch,loss,mae,val_loss,val_mae); returns

@@ -16,6 +16,7 @@ BOX_RULE = "simulated"
 MODEL_FILE = None
 LEARNS_FROM = None
 CONTINUES_DEM = True
+HAS_SPREAD = False
 VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
 
 

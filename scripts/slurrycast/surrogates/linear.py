@@ -24,6 +24,7 @@ BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.json"
 LEARNS_FROM = "samples"
 CONTINUES_DEM = False
+HAS_SPREAD = False
 VARIANT = None
 
 _PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)

@@ -48,6 +48,7 @@ BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
 LEARNS_FROM = "frames"
 CONTINUES_DEM = False
+HAS_SPREAD = True
 VARIANT = None
 
 # What the network is fed is of order 1 by these fixed scales. Standardised by the training set, the volume ratio would

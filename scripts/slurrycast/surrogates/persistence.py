@@ -11,6 +11,7 @@ BOX_RULE = "last_frame"
 MODEL_FILE = None
 LEARNS_FROM = None
 CONTINUES_DEM = False
+HAS_SPREAD = False
 VARIANT = None
 
 

@@ -39,6 +39,7 @@ BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
 LEARNS_FROM = "samples"
 CONTINUES_DEM = False
+HAS_SPREAD = False
 VARIANT = re.compile("(?P<change>absolute|xu|nobox)?")
 
 _PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)
