@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.errors import coordinate_errors
+from slurrycast.errors import deviation_um
 from slurrycast.files import InputError
 from slurrycast.frames import FrameStore
 from slurrycast.rdf import mean_absolute_difference
@@ -59,15 +59,20 @@ def rdf_spread(curves: Sequence[pd.DataFrame]) -> tuple[float, float]:
     return mean_and_sd([rdf_difference(a[:bins], b[:bins]) for a, b in combinations(curves, 2)])
 
 
-def final_mse_um2(structure: FrameStore, dem: FrameStore, frame: int) -> float:
-    """Mean squared error (um2) of the last frame of `structure` against `frame` of the DEM, each in its own box.
+def final_deviation_um(structure: FrameStore, dem: FrameStore, frame: int) -> np.ndarray:
+    """Deviation (n, 3) in um of the last frame of `structure` from `frame` of the DEM, each in its own box.
 
-    The primary frame of reference: `errors.coordinate_errors`, "all". InputError if the particles are not the same.
+    The primary frame of reference: `errors.deviation_um`. InputError if the particles are not the same.
     """
     slurry = structure.attributes["slurry"]
     if slurry != dem.attributes["slurry"] or not np.array_equal(structure.particles.id, dem.particles.id):
         raise InputError(f"{structure.path}: slurry {slurry}, not the particles of {dem.path}")
-    return coordinate_errors(dem.position_um(frame), structure.position_um(structure.last))["all"].mse_um2
+    return deviation_um(dem.position_um(frame), structure.position_um(structure.last))
+
+
+def final_mse_um2(structure: FrameStore, dem: FrameStore, frame: int) -> float:
+    """Mean over particles and axes of the squared `final_deviation_um`, um2."""
+    return float(np.mean(final_deviation_um(structure, dem, frame) ** 2))
 
 
 def skill(mse_um2: float, mse_affine_um2: float, floor_um2: float) -> float:
