@@ -1,0 +1,50 @@
+"""Calibrate the spread of a surrogate on its predictions of the validation slurries.
+
+In: pairs of frame stores (HDF5): a predicted structure with a spread, and the DEM frames of the same slurry with the
+target frame.
+Out: JSON with the surrogate, levels, factors (by which spreads are multiplied so that |error| <= factor x spread holds
+for the share `level` of coordinates), slurries, and the number of coordinates.
+"""
+
+import argparse
+from pathlib import Path
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.costs import measured_cost
+from slurrycast.uncertainty import calibrate, read_judged
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
+    parser.add_argument(
+        "--frames",
+        type=input_file,
+        nargs="+",
+        required=True,
+        help="in: DEM frames (HDF5), one for each --predicted, in order",
+    )
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument("--calibration", type=Path, required=True, help="out: factors (JSON)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.predicted) != len(args.frames):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Calibrate and write."""
+    args = parse_args()
+    with measured_cost(args.cost, "calibrate_spread") as cost:
+        calibration = calibrate(read_judged(args.predicted, args.frames, args.target_frame))
+        cost.surrogate = calibration.surrogate
+        calibration.write(args.calibration)
+    pairs = zip(calibration.levels, calibration.factors, strict=True)
+    factors = ", ".join(f"{level:.0%} within {factor:.4g} x spread" for level, factor in pairs)
+    print(f"[{calibration.surrogate}] {factors}, of {calibration.coordinates} coordinates")
+
+
+if __name__ == "__main__":
+    run_main(main)

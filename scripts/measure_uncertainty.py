@@ -1,0 +1,90 @@
+"""Measure what the spreads of predictions are worth: which share of errors their intervals cover, and their order.
+
+In: pairs of frame stores (HDF5): a predicted structure with a spread, and the DEM frames of the same slurry with the
+target frame; the calibration (JSON) of each surrogate.
+Out: a table (CSV), one row for each pair and level:
+    role                whether the slurry is one of validation, which the factor was found on, or of test
+    level, factor       the share of coordinates to be covered, and the factor that does so on the validation slurries
+    coverage            share of coordinates whose |error| is at most factor x spread
+    rank_correlation    Spearman's, of a particle's spread (root mean square over axes) and the length of its error
+    mean_spread_um, rms_error_um    over all coordinates
+"""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.costs import measured_cost
+from slurrycast.files import InputError, write_text
+from slurrycast.uncertainty import Calibration, Judged, coverage, rank_correlation, read_calibration, read_judged
+
+COLUMNS = (
+    *("surrogate", "slurry", "role", "level", "factor", "coverage"),
+    *("rank_correlation", "mean_spread_um", "rms_error_um"),
+)
+
+
+def uncertainty_table(
+    judged: Sequence[Judged], calibrations: Sequence[Calibration], roles: Mapping[str, str]
+) -> pd.DataFrame:
+    """Table of all predictions; InputError if the calibration of a surrogate or the role of a slurry is missing."""
+    by_surrogate = {calibration.surrogate: calibration for calibration in calibrations}
+    rows = []
+    for one in judged:
+        if one.surrogate not in by_surrogate:
+            raise InputError(f"--calibrations: none of surrogate {one.surrogate}")
+        if one.slurry not in roles:
+            raise InputError(f"--roles: slurry {one.slurry} has none")
+        calibration = by_surrogate[one.surrogate]
+        of_all_levels = {
+            "rank_correlation": rank_correlation(one.spread_um, one.error_um),
+            "mean_spread_um": one.spread_um.mean(),
+            "rms_error_um": (one.error_um**2).mean() ** 0.5,
+        }
+        names = {"surrogate": one.surrogate, "slurry": one.slurry, "role": roles[one.slurry]}
+        for level, factor in zip(calibration.levels, calibration.factors, strict=True):
+            own = {"level": level, "factor": factor, "coverage": coverage(one.scores, factor)}
+            rows.append(names | own | of_all_levels)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
+    parser.add_argument(
+        "--frames",
+        type=input_file,
+        nargs="+",
+        required=True,
+        help="in: DEM frames (HDF5), one for each --predicted, in order",
+    )
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument(
+        "--calibrations", type=input_file, nargs="+", required=True, help="in: calibration of each surrogate (JSON)"
+    )
+    parser.add_argument("--roles", type=json.loads, required=True, help="JSON: role of each slurry")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of the uncertainty (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.predicted) != len(args.frames):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Measure every prediction and write the table."""
+    args = parse_args()
+    with measured_cost(args.cost, "measure_uncertainty"):
+        calibrations = [read_calibration(path) for path in args.calibrations]
+        judged = read_judged(args.predicted, args.frames, args.target_frame)
+        table = uncertainty_table(judged, calibrations, args.roles)
+        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

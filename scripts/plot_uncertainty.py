@@ -1,0 +1,109 @@
+"""Plot what the spreads of predictions are worth: how many errors they cover, and whether large ones mean large errors.
+
+In: pairs of frame stores (HDF5): a predicted structure with a spread, and the DEM frames of the same slurry with the
+target frame; tables/uncertainty.csv for roles and calibrated coverage.
+Out: PNG, a row a surrogate. Left, coverage against the nominal level, a line a slurry for the spread as it comes, taken
+as the standard deviation of a normal error, and dots for the calibrated intervals. Right, root mean square error
+against spread, in bins of equally many coordinates; numbers name the slurries. Dashed diagonals: what is expected.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
+from slurrycast.tables import read_table
+from slurrycast.uncertainty import Judged, binned_um, expected_coverage, read_judged
+
+CURVE_LEVELS = np.linspace(0.02, 0.98, 49)
+BINS = 10
+ROLES = {"test": (RELAXED, "o", "test slurry"), "validation": (VALIDATION, "s", "validation slurry, calibrated on")}
+DIAGONAL = {"color": INK, "linestyle": "--", "linewidth": 1.0, "zorder": 1}
+
+
+def draw_reliability(axes: Axes, judged: Sequence[Judged], table: pd.DataFrame) -> None:
+    """Draw coverage against the nominal level, both in %; `table` has the rows of one surrogate."""
+    roles = dict(zip(table.slurry, table.role, strict=True))
+    axes.plot([0, 100], [0, 100], **DIAGONAL)
+    for one in judged:
+        colour, _, _ = ROLES[roles[one.slurry]]
+        axes.plot(100 * CURVE_LEVELS, 100 * expected_coverage(one.scores, CURVE_LEVELS), color=colour, linewidth=1.0)
+    for row in table.itertuples():
+        colour, marker, _ = ROLES[row.role]
+        axes.plot(100 * row.level, 100 * row.coverage, marker, color=colour, ms=6, markeredgecolor="white", zorder=3)
+    axes.set(xlabel="Nominal level (%)", ylabel="Errors within the interval (%)", xlim=(0, 100), ylim=(0, 100))
+    axes.set_aspect("equal")
+
+
+def draw_bins(axes: Axes, judged: Sequence[Judged], table: pd.DataFrame) -> None:
+    """Draw rms error against spread, both in um; `table` has the rows of one surrogate."""
+    roles = dict(zip(table.slurry, table.role, strict=True))
+    highest = 0.0
+    for one in judged:
+        colour, marker, _ = ROLES[roles[one.slurry]]
+        spread_um, error_um = binned_um(one.spread_um, one.error_um, BINS)
+        axes.plot(spread_um, error_um, f"{marker}-", color=colour, ms=4, linewidth=1.0)
+        axes.annotate(one.slurry, (spread_um[-1], error_um[-1]), (5, 0), textcoords="offset points", fontsize=8)
+        highest = max(highest, spread_um.max(), error_um.max())
+    limits = (0, 1.08 * highest)
+    axes.plot(limits, limits, **DIAGONAL)
+    axes.set(xlabel="Spread (µm)", ylabel="Root mean square error (µm)", xlim=limits, ylim=limits)
+    axes.set_aspect("equal")
+
+
+def draw_uncertainty(judged: Sequence[Judged], table: pd.DataFrame) -> Figure:
+    """Draw both panels for every surrogate of `table` (tables/uncertainty.csv)."""
+    surrogates = list(dict.fromkeys(table.surrogate))
+    figure = new_figure(9.5, 0.6 + 4.4 * len(surrogates))
+    panels = figure.subplots(len(surrogates), 2, squeeze=False)
+    for (reliability, bins), surrogate in zip(panels, surrogates, strict=True):
+        own = [one for one in judged if one.surrogate == surrogate]
+        rows = table[table.surrogate == surrogate]
+        draw_reliability(reliability, own, rows)
+        draw_bins(bins, own, rows)
+        reliability.set_title(f"{surrogate}: coverage")
+        bins.set_title(f"{surrogate}: error against spread")
+    for role in dict.fromkeys(table.role):
+        colour, marker, words = ROLES[role]
+        panels[0, 0].plot([], [], f"{marker}-", color=colour, ms=6, label=words)
+    panels[0, 0].plot([], [], "-", color=INK, linewidth=1.0, label="spread as it comes")
+    panels[0, 0].plot([], [], "o", color=INK, ms=6, label="calibrated")
+    figure.legend(loc="outside upper center", ncols=4)
+    return figure
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
+    parser.add_argument(
+        "--frames",
+        type=input_file,
+        nargs="+",
+        required=True,
+        help="in: DEM frames (HDF5), one for each --predicted, in order",
+    )
+    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_argument("--uncertainty", type=input_file, required=True, help="in: tables/uncertainty.csv")
+    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    args = parser.parse_args()
+    if len(args.predicted) != len(args.frames):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Read everything and draw it."""
+    args = parse_args()
+    judged = read_judged(args.predicted, args.frames, args.target_frame)
+    save_figure(draw_uncertainty(judged, read_table(args.uncertainty)), args.figure)
+
+
+if __name__ == "__main__":
+    run_main(main)
