@@ -23,6 +23,7 @@ from slurrycast.uncertainty import Judged, binned_um, expected_coverage, read_ju
 
 CURVE_LEVELS = np.linspace(0.02, 0.98, 49)
 BINS = 10
+LINE = 0.032  # height of a name, as a share of the panel
 ROLES = {"test": (RELAXED, "o", "test slurry"), "validation": (VALIDATION, "s", "validation slurry, calibrated on")}
 DIAGONAL = {"color": INK, "linestyle": "--", "linewidth": 1.0, "zorder": 1}
 
@@ -41,17 +42,29 @@ def draw_reliability(axes: Axes, judged: Sequence[Judged], table: pd.DataFrame) 
     axes.set_aspect("equal")
 
 
+def spaced(places: Sequence[float], least: float) -> np.ndarray:
+    """Rising `places`, moved so that neighbours are `least` apart: the mean of moving them up only and down only."""
+    steps = least * np.arange(len(places))
+    up = np.maximum.accumulate(np.asarray(places) - steps) + steps
+    down = np.minimum.accumulate((np.asarray(places) - steps)[::-1])[::-1] + steps
+    return (up + down) / 2
+
+
 def draw_bins(axes: Axes, judged: Sequence[Judged], table: pd.DataFrame) -> None:
     """Draw rms error against spread, both in um; `table` has the rows of one surrogate."""
     roles = dict(zip(table.slurry, table.role, strict=True))
-    highest = 0.0
+    highest, ends = 0.0, []
     for one in judged:
         colour, marker, _ = ROLES[roles[one.slurry]]
         spread_um, error_um = binned_um(one.spread_um, one.error_um, BINS)
         axes.plot(spread_um, error_um, f"{marker}-", color=colour, ms=4, linewidth=1.0)
-        axes.annotate(one.slurry, (spread_um[-1], error_um[-1]), (5, 0), textcoords="offset points", fontsize=8)
+        ends.append((error_um[-1], spread_um[-1], one.slurry))
         highest = max(highest, spread_um.max(), error_um.max())
     limits = (0, 1.08 * highest)
+    ends.sort()
+    places_um = spaced([error_um for error_um, _, _ in ends], LINE * highest)
+    for (_, spread_um, slurry), place_um in zip(ends, places_um, strict=True):
+        axes.annotate(slurry, (spread_um, place_um), (6, 0), textcoords="offset points", fontsize=8, va="center")
     axes.plot(limits, limits, **DIAGONAL)
     axes.set(xlabel="Spread (µm)", ylabel="Root mean square error (µm)", xlim=limits, ylim=limits)
     axes.set_aspect("equal")
@@ -72,9 +85,9 @@ def draw_uncertainty(judged: Sequence[Judged], table: pd.DataFrame) -> Figure:
     for role in dict.fromkeys(table.role):
         colour, marker, words = ROLES[role]
         panels[0, 0].plot([], [], f"{marker}-", color=colour, ms=6, label=words)
-    panels[0, 0].plot([], [], "-", color=INK, linewidth=1.0, label="spread as it comes")
-    panels[0, 0].plot([], [], "o", color=INK, ms=6, label="calibrated")
-    figure.legend(loc="outside upper center", ncols=4)
+    panels[0, 0].plot([], [], "-", color=INK, linewidth=1.0, label="coverage of the spread as it comes")
+    panels[0, 0].plot([], [], "o", color=INK, ms=6, label="calibrated coverage")
+    figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 

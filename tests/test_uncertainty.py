@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 from matplotlib.image import imread
 from scipy.stats import norm
 
+import plot_uncertainty
 from slurrycast.costs import read_cost
 from slurrycast.files import InputError
 from slurrycast.frames import Frame, Particles, write_frames
@@ -375,9 +376,16 @@ def test_figure_from_files(run, measured, tmp_path):
     assert pixels.std() > 0.02
 
 
-def test_figure_shows_the_numbers():
-    import plot_uncertainty
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=9).map(sorted), st.floats(0.01, 0.3))
+def test_names_keep_their_distance_and_their_centre(places, least):
+    found = plot_uncertainty.spaced(places, least)
+    assert (np.diff(found) >= least - 1e-9).all()
+    if (np.diff(places) >= least).all():
+        np.testing.assert_allclose(found, places, atol=1e-12)
+    np.testing.assert_allclose(plot_uncertainty.spaced([0.5, 0.5], least), [0.5 - least / 2, 0.5 + least / 2])
 
+
+def test_figure_shows_the_numbers():
     judged = [normal("V1", 3000, 1), normal("2", 3000, 2, honest=2.0)]
     rows = [("net", "V1", "validation", 0.9, 0.9), ("net", "2", "test", 0.9, 0.59)]
     table = pd.DataFrame(rows, columns=["surrogate", "slurry", "role", "level", "coverage"])
