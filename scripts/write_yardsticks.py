@@ -1,7 +1,7 @@
 """Write yardsticks.html: what the surrogates of a run are worth, in one file that opens without a network.
 
 In: the tables of the yardsticks, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
-names: skill, structure, front, relaxation.
+names: skill, structure, front, relaxation, uncertainty.
 Out: yardsticks.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -33,6 +33,9 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--study-costs", type=input_file, required=True, help="in: tables/study_costs.csv")
     parser.add_argument("--ablation", type=input_file, help="in: tables/ablation.csv, where the run has one")
     parser.add_argument("--relaxation", type=input_file, help="in: tables/relaxation.csv, where the run has one")
+    parser.add_argument(
+        "--uncertainty", type=input_file, help="in: tables/uncertainty.csv, where a surrogate has a spread"
+    )
     parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
     parser.add_argument("--page", type=Path, required=True, help="out: yardsticks.html")
     return parser.parse_args()
@@ -52,6 +55,7 @@ def main() -> None:
         **{name: read_table(getattr(args, name)) for name in tables},
         ablation=read_table(args.ablation) if args.ablation else None,
         relaxation=read_table(args.relaxation) if args.relaxation else None,
+        uncertainty=read_table(args.uncertainty) if args.uncertainty else None,
         figures={path.stem: path for path in args.figures},
     )
     write_text(args.page, yardsticks_html(yardsticks))

@@ -55,7 +55,7 @@ def test_slurry_tables_have_the_intended_sizes():
         dict.fromkeys("12367", 2.0) | dict.fromkeys("45", 1.2)
     )
     tiny = read_slurries("config/slurries_tiny.tsv")
-    assert [s.role for s in tiny] == ["train"] * 3 + ["test"] * 2 + ["new"]
+    assert [s.role for s in tiny] == ["train"] * 3 + ["test"] * 2 + ["validation", "new"]
     assert {s.thickness_ratio for s in tiny} == {1.0}
 
 

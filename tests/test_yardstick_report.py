@@ -24,10 +24,12 @@ from slurrycast.yardstick_report import (
     relaxation_sentence,
     skill_sentences,
     tie_sentences,
+    uncertainty_sentences,
     yardsticks_html,
 )
 
 TEST, VALIDATION = ["1", "2", "3", "6"], ["V1"]
+ROLES = dict.fromkeys(TEST, "test") | dict.fromkeys(VALIDATION, "validation")
 WOBBLE = {"1": 0.9, "2": 1.1, "3": 0.95, "6": 1.05, "V1": 1.0}
 QUANTITIES = {"density_g_cm3": (2.24, 0.005), "coordination_all": (6.5, 0.05), "overlap_mean": (0.01, 0.001)}
 SPREADS = {"rdf_all": 0.02, "rdf_NiO-8YSZ": 0.05}
@@ -97,12 +99,12 @@ def yardsticks(tmp_path) -> Yardsticks:
     scaling |= {"hybrid_exponent": 0.5, "hybrid_exponent_se": 0.04, "dem_exponent": 1.1, "dem_exponent_se": 0.02}
     pays = {"saved_s_per_slurry": 20.0, "slurries_to_pay_training": 18.0, "slurries_to_pay_training_and_dem": 31.0}
     figures = {}
-    for stem in ("skill", "structure", "front"):
+    for stem in ("skill", "structure", "front", "uncertainty"):
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
     return Yardsticks(
         run="unit",
-        roles=dict.fromkeys(TEST, "test") | dict.fromkeys(VALIDATION, "validation") | {"T1": "train"},
+        roles=ROLES | {"T1": "train"},
         networks=["net"],
         density_bar=0.01,
         rdf_bar=2.0,
@@ -129,6 +131,7 @@ def yardsticks(tmp_path) -> Yardsticks:
         ),
         ablation=None,
         relaxation=None,
+        uncertainty=None,
         figures=figures,
     )
 
@@ -289,6 +292,47 @@ def test_payback(yardsticks, changes, words):
     assert "to the 0.50 ± 0.04, of the full DEM to the 1.10 ± 0.02" in sentence
 
 
+def uncertainty_table(coverage: dict[str, float], correlation: float = 0.4) -> pd.DataFrame:
+    """Two levels of `net`; coverage of the 90 % intervals by slurry, that of the 50 % ones a third of it."""
+    columns = ["surrogate", "slurry", "role", "level", "factor", "coverage"]
+    columns += ["rank_correlation", "mean_spread_um", "rms_error_um"]
+    rows = [
+        ("net", slurry, ROLES[slurry], *of_level, correlation * WOBBLE[slurry], 0.21, 0.345)
+        for slurry, share in coverage.items()
+        for of_level in ((0.5, 0.71, share / 3), (0.9, 1.87, share))
+    ]
+    return pd.DataFrame(rows, columns=columns)
+
+
+COVERAGE = {"V1": 0.9, "1": 0.85, "2": 0.95, "3": 0.849, "6": 0.972}
+
+
+def test_intervals_that_cover_what_they_should(yardsticks):
+    """Both ends count, the validation slurry does not."""
+    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE)))
+    assert sentence == (
+        "The 90% intervals of net, calibrated on the validation slurries, cover 85% to 95% of the coordinates on 2 of "
+        "4 test slurries (all: 84.9% to 97.2%), and the rank correlation of a particle's spread and its error is 0.36 "
+        "to 0.44."
+    )
+
+
+def test_a_spread_that_is_the_same_everywhere_ranks_nothing(yardsticks):
+    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE, np.nan)))
+    assert sentence.endswith("and no test slurry has particles of different spread, so it ranks nothing.")
+
+
+def test_intervals_without_a_test_slurry(yardsticks):
+    table = uncertainty_table({"V1": 0.9})
+    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=table))
+    assert sentence.endswith("calibrated on the validation slurries, have no test slurry to be judged on.")
+
+
+def test_without_a_spread_there_is_no_uncertainty(yardsticks):
+    assert "Uncertainty" not in yardsticks_html(yardsticks)
+    assert "Uncertainty" in yardsticks_html(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE)))
+
+
 def test_without_exponents_nothing_is_said_to_grow(yardsticks):
     unknown = yardsticks.cost_scaling.assign(hybrid_exponent=np.nan, most_particles=700)
     (sentence,) = payback_sentences(replace(yardsticks, cost_scaling=unknown))
@@ -378,6 +422,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
     ablation = {"surrogate": ["affine", "net"], "target": [None, "absolute"], "validation_mse_um2": [0.1, 0.0987]}
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
+    tables["uncertainty"] = uncertainty_table(COVERAGE)
     words = ["write_yardsticks", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
@@ -389,7 +434,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
     html = page.read_text(encoding="utf-8")
     addresses = Addresses()
     addresses.feed(html)
-    assert addresses.images == 3
+    assert addresses.images == 4
     assert all(address.startswith(("#", "data:image/")) for address in addresses.found)
     text = " ".join(re.sub(r"<[^>]+>", " ", html).split())
     for expected in (
@@ -401,5 +446,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
         "1,230",
         "paid back after 18 slurries",
         "500 for affine; 3,500 for net",
+        "on 2 of 4 test slurries (all: 84.9% to 97.2%)",
+        "net 6 test 0.71 32.4% 1.87 97.2% 0.42 0.21 0.345",
     ):
         assert expected in text, expected

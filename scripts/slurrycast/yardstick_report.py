@@ -45,6 +45,7 @@ EARLY_DEM = "early_dem"
 # The packing fractions say the same as the density again; the largest overlap is that of a single contact.
 GROUPS = {"density": "density", "RDF": "rdf_", "contacts": "coordination_", "mean overlap": "overlap_mean"}
 MOST_NAMED = 6  # cases that a sentence names one by one
+WIDEST_LEVEL, COVERED_WELL = 0.9, (0.85, 0.95)  # a calibrated level, and the coverages that keep to it
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class Yardsticks:
     study_costs: pd.DataFrame
     ablation: pd.DataFrame | None
     relaxation: pd.DataFrame | None  # of the validation slurries
+    uncertainty: pd.DataFrame | None  # where a surrogate has a spread
     figures: Mapping[str, Path]
 
     def slurries(self, role: str) -> list[str]:
@@ -636,6 +638,61 @@ def relaxation_section(yardsticks: Yardsticks) -> Section | None:
     return Section("Physics in the loop: how long to relax", blocks)
 
 
+def uncertainty_sentences(yardsticks: Yardsticks) -> list[str]:
+    """Whether the calibrated intervals of each surrogate cover what they should on test slurries, and rank errors."""
+    sentences = []
+    low, high = COVERED_WELL
+    for surrogate, own in yardsticks.uncertainty.groupby("surrogate", sort=False):
+        tested = own[own.slurry.isin(yardsticks.test) & np.isclose(own.level, WIDEST_LEVEL)].set_index("slurry")
+        opening = f"The {WIDEST_LEVEL:.0%} intervals of {surrogate}, calibrated on the validation slurries,"
+        if tested.empty:
+            sentences.append(f"{opening} have no test slurry to be judged on.")
+            continue
+        covered = tested.coverage.between(low, high)
+        sentence = (
+            f"{opening} cover {low:.0%} to {high:.0%} of the coordinates on {covered.sum()} of {len(tested)} test "
+            f"slurries (all: {span(tested.coverage, '.1%')})"
+        )
+        known = tested.rank_correlation.dropna()
+        ranks = "and no test slurry has particles of different spread, so it ranks nothing"
+        if not known.empty:
+            ranks = f"and the rank correlation of a particle's spread and its error is {span(known, 'z.2f')}"
+        sentences.append(f"{sentence}, {ranks}.")
+    return sentences
+
+
+def uncertainty_section(yardsticks: Yardsticks) -> Section | None:
+    """tables/uncertainty.csv, where a surrogate of the run says how sure it is."""
+    table = yardsticks.uncertainty
+    if table is None:
+        return None
+    levels = sorted(set(table.level))
+    rows = []
+    for (surrogate, slurry), own in table.groupby(["surrogate", "slurry"], sort=False):
+        by_level, first = own.set_index("level").reindex(levels), own.iloc[0]
+        cells = [text for row in by_level.itertuples() for text in (number(row.factor), number(row.coverage, ".1%"))]
+        means = [number(first[name]) for name in ("mean_spread_um", "rms_error_um")]
+        rows.append([surrogate, slurry, first.role, *cells, number(first.rank_correlation, "z.2f"), *means])
+    columns = ["Surrogate", "Slurry", "Role", *["factor", "coverage"] * len(levels)]
+    columns += ["Rank correlation", "Mean spread (µm)", "RMS error (µm)"]
+    groups = [("", 3), *((f"{level:.0%} intervals", 2) for level in levels), ("", 3)]
+    caption = (
+        "What the spread that a surrogate gives is worth. An interval is the coordinate ± factor × spread; the factor "
+        "of a level is a conformal quantile over the coordinates of the validation slurries, so the rows of these only "
+        "show that it was found there. Coverage is the share of coordinates within the interval. Rank correlation: "
+        "Spearman's, of a particle's spread and the length of its error. From tables/uncertainty.csv."
+    )
+    sentences = uncertainty_sentences(yardsticks)
+    of_figure = (
+        "Left: errors within the interval of a level, by the spread as it comes, taken as the standard deviation of a "
+        "normal error (lines), and calibrated (dots). Right: error against spread, in bins of equally many "
+        "coordinates. Dashed: what is expected."
+    )
+    figure = figure_block(yardsticks.figures, "uncertainty", "Fig. Y5", of_figure)
+    table = Table("Table Y11", caption, columns, rows, texts=(0, 1, 2), groups=groups)
+    return Section("Uncertainty", [Points(sentences), *figure, table])
+
+
 def yardsticks_html(yardsticks: Yardsticks) -> str:
     """The page as one HTML text that loads nothing from elsewhere."""
     sections = [
@@ -648,6 +705,7 @@ def yardsticks_html(yardsticks: Yardsticks) -> str:
         cost_section(yardsticks),
         ablation_section(yardsticks),
         relaxation_section(yardsticks),
+        uncertainty_section(yardsticks),
     ]
     lead = (
         "What surrogates are worth: beside the affine map, the DEM itself hurried on, the scatter between DEM runs, "

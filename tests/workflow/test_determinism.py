@@ -24,6 +24,7 @@ KINDS = (
     "models/*/model.json",
     "models/*/model.keras",  # compared by weights and layers: it holds times
     "models/*/history.csv",
+    "models/*/calibration.json",
     "hybrid/*/*/predicted.h5",
     "hybrid/*/*/wrapped.data",
     "hybrid/*/*/relaxed.data",
@@ -54,6 +55,7 @@ UNTIMED = (
     "skill",
     "structure_errors",
     "ablation",
+    "uncertainty",
 )
 
 

@@ -62,8 +62,8 @@ def test_ids_with_underscores(tmp_path):
 @pytest.mark.parametrize(
     ("target", "expected"),
     [
-        ("yardsticks", "yardsticks.replicated: '8': must be one of 1, 2 for this target"),
-        ("convergence", "convergence.slurry: 'V9': must be one of T1, T2, T3, 1, 2 for this target"),
+        ("yardsticks", "yardsticks.replicated: '8': must be one of 1, 2, V1 for this target"),
+        ("convergence", "convergence.slurry: 'V9': must be one of T1, T2, T3, 1, 2, V1 for this target"),
     ],
 )
 def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path, target, expected):
@@ -101,6 +101,29 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
         done, _ = planned(rows_, **keys)
         assert done.returncode == 1
         assert said in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("spread", [True, False])
+def test_a_spread_needs_a_validation_slurry_and_only_the_yardsticks_do(tmp_path, spread):
+    """Without a surrogate that has a spread nothing is calibrated, and nothing needed for it."""
+    table = tmp_path / "slurries.tsv"
+    lines = (ROOT / "config" / "slurries_tiny.tsv").read_text().splitlines(keepends=True)
+    table.write_text("".join(line for line in lines if "validation" not in line))
+    further = ["early_dem_x2", *(["neighbours"] if spread else [])]
+    config = own(tmp_path, slurries=str(table), yardsticks={"surrogates": further})
+    assert plan(config).returncode == 0
+    done = plan(config, "yardsticks")
+    said = done.stdout + done.stderr
+    if spread:
+        assert done.returncode == 1
+        assert (
+            f"{table}: no slurry of role validation: must be at least one for this target, the spread of neighbours is "
+            "calibrated on it"
+        ) in said
+    else:
+        assert done.returncode == 0, said
+        assert "write_yardsticks" in said
+        assert "uncertainty" not in said and "calibrate_spread" not in said
 
 
 @pytest.mark.parametrize(("ranks", "resources"), [(1, "mpi=, tasks=1"), (2, "mpi=mpiexec, tasks=2")])

@@ -1,6 +1,7 @@
 """The whole workflow at tiny scale, with real LAMMPS and real Keras, in a checkout whose path has spaces."""
 
 import json
+import math
 import re
 from html.parser import HTMLParser
 from itertools import product
@@ -16,7 +17,9 @@ import yaml
 from checkouts import snakemake
 from slurrycast.files import CHECKSUMS, check_unchanged, checksum
 
-SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "N1": "new"}
+SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "V1": "validation", "N1": "new"}
+HELD_OUT = ("1", "2", "V1")
+PREDICTED = (*HELD_OUT, "N1")
 SURROGATES = ["persistence", "affine", "linear", "vgg16"]
 FURTHER = [
     "neighbours",
@@ -40,7 +43,7 @@ def test_contract(results):
     expected += [
         f"hybrid/{surrogate}/{slurry}/{name}"
         for surrogate in SURROGATES
-        for slurry in ("1", "2", "N1")
+        for slurry in PREDICTED
         for name in ("predicted.h5", "wrapped.data", "relaxed.data")
     ]
     assert [name for name in expected if not (results / name).is_file()] == []
@@ -79,16 +82,16 @@ def test_tables(results):
     assert set(dem.surrogate) == {"-"}
     assert dem.density_g_cm3.between(2.1, 2.35).all()
     hybrid = density[density.model == "hybrid"]
-    assert sorted(zip(hybrid.surrogate, hybrid.slurry, strict=True)) == sorted(product(SURROGATES, ("1", "2", "N1")))
+    assert sorted(zip(hybrid.surrogate, hybrid.slurry, strict=True)) == sorted(product(SURROGATES, PREDICTED))
 
     errors, key = tables["coordinate_errors"], ["surrogate", "slurry"]
     found = zip(errors.surrogate, errors.slurry, errors.axis, strict=True)
-    assert sorted(found) == sorted(product(SURROGATES, "12", ("x", "y", "z", "all")))
+    assert sorted(found) == sorted(product(SURROGATES, HELD_OUT, ("x", "y", "z", "all")))
     axes = errors[errors.axis != "all"].groupby(key).mse_um2.mean()
     np.testing.assert_allclose(axes, errors[errors.axis == "all"].set_index(key).mse_um2.loc[axes.index], rtol=1e-6)
     rdf = tables["rdf_errors"]
     found = zip(rdf.surrogate, rdf.slurry, rdf.pair, strict=True)
-    assert sorted(found) == sorted(product(SURROGATES, "12", ("all", "NiO-8YSZ")))
+    assert sorted(found) == sorted(product(SURROGATES, HELD_OUT, ("all", "NiO-8YSZ")))
     cost = tables["cost"]
     assert (cost.wall_s > 0).all()
     full = cost[cost.stage == "run_slurry"].set_index("slurry").wall_s
@@ -100,7 +103,7 @@ def test_figures(results):
     """Every figure is there and shows something."""
     figures = {path.name for path in (results / "figures").glob("*.png")}
     expected = {"workflow", "densification", "learning_curves_vgg16", "density", "rdf", "costs"}
-    expected |= {f"coordinates_{slurry}" for slurry in "12"}
+    expected |= {f"coordinates_{slurry}" for slurry in HELD_OUT}
     assert {f"{name}.png" for name in expected} <= figures  # 3D pictures are off at this scale
     for name in figures:
         assert matplotlib.image.imread(results / "figures" / name)[..., :3].std() > 0.02, name
@@ -154,12 +157,16 @@ def test_yardstick_tables(yardsticks):
         "skill": ["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"],
         "structure_errors": ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
         "front": ["surrogate", "input_last_frame", "slurry", "cost_share_of_full_dem", "density_error", "rdf_error"],
+        "uncertainty": [
+            *("surrogate", "slurry", "role", "level", "factor", "coverage"),
+            *("rank_correlation", "mean_spread_um", "rms_error_um"),
+        ],
     }
     tables = {
         path.stem: pd.read_csv(path, dtype={"slurry": str}) for path in sorted((yardsticks / "tables").glob("*.csv"))
     }
     assert {name: list(tables[name].columns) for name in columns} == columns
-    of_all = sorted(product([*SURROGATES, *FURTHER], "12"))
+    of_all = sorted(product([*SURROGATES, *FURTHER], HELD_OUT))
     skill, front = tables["skill"], tables["front"]
     for table in (skill, front):
         assert sorted(zip(table.surrogate, table.slurry, strict=True)) == of_all
@@ -172,6 +179,22 @@ def test_yardstick_tables(yardsticks):
         label: 2 if label.endswith("_f02") else 10 for label in [*SURROGATES, *FURTHER]
     }
     assert (front.cost_share_of_full_dem > 0).all()
+
+    uncertainty = tables["uncertainty"].set_index(["slurry", "level"])
+    assert set(uncertainty.surrogate) == {"neighbours"}
+    assert list(uncertainty.index) == list(product(HELD_OUT, (0.5, 0.9)))
+    assert dict(zip(tables["uncertainty"].slurry, tables["uncertainty"].role, strict=True)) == {
+        slurry: SLURRIES[slurry] for slurry in HELD_OUT
+    }
+    # calibrated on the one validation slurry: as many coordinates are covered as the level asks for, and no more
+    n = 3 * tables["equilibrium"].set_index("slurry").particles["V1"]
+    for level in (0.5, 0.9):
+        assert uncertainty.coverage["V1", level] == pytest.approx(math.ceil((n + 1) * level) / n, abs=1e-8)
+    calibration = json.loads((yardsticks / "models" / "neighbours" / "calibration.json").read_text())
+    assert (calibration["slurries"], calibration["coordinates"]) == (["V1"], n)
+    mse = skill[skill.surrogate == "neighbours"].set_index("slurry").mse_um2
+    rms_um = uncertainty.xs(0.9, level="level").rms_error_um
+    np.testing.assert_allclose(rms_um**2, mse[rms_um.index], rtol=1e-6)
 
     structure = tables["structure_errors"]
     assert set(structure.stage) == {"predicted", "relaxed"}
@@ -220,7 +243,8 @@ def test_yardstick_page(yardsticks):
     skill = pd.read_csv(yardsticks / "tables" / "skill.csv")
     for label in {*skill.surrogate}:
         assert label in text
-    for name in ("skill", "structure", "front", "timesteps"):
+    assert "The 90% intervals of neighbours, calibrated on the validation slurries," in text
+    for name in ("skill", "structure", "front", "uncertainty", "timesteps"):
         image = matplotlib.image.imread(yardsticks / "figures" / f"{name}.png")
         assert image[..., :3].std() > 0.02, name
 

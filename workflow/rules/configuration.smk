@@ -51,6 +51,7 @@ LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 MODULES = {text: surrogates.load(label.name) for text, label in LABELS.items()}
 LEARNED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.keras"]
 FITTED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.json"]
+SPREADING = [text for text in LABELS if MODULES[text].HAS_SPREAD]  # whose uncertainty can be calibrated
 BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_fraction"]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
@@ -251,6 +252,17 @@ def replicated():
     if not with_role("test"):
         raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
     return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
+
+
+def calibrated_on():
+    """Slurries on which the spread of a surrogate is calibrated; only targets that need them complain if there is none."""
+    slurries = with_role("validation")
+    if not slurries:
+        raise WorkflowError(
+            f"{config['slurries']}: no slurry of role validation: must be at least one for this target, the spread of "
+            f"{', '.join(SPREADING)} is calibrated on it"
+        )
+    return slurries
 
 
 def structure_options(wildcards):

@@ -11,7 +11,8 @@ OUTPUTS:
     structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
     hybrid/{surrogate}/{slurry}/relaxed-<steps>.h5, by rule relax_slurry
     tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
-    ablation.csv, relaxation.csv
+    ablation.csv, relaxation.csv, uncertainty.csv
+    models/{surrogate}/calibration.json
 """
 
 YARDSTICKS = list(LABELS)
@@ -397,6 +398,95 @@ rule compare_relaxation:
         " 2>&1 | tee {log:q}"
 
 
+if SPREADING:
+
+    rule calibrate_spread:
+        input:
+            script="scripts/calibrate_spread.py",
+            modules=modules("scripts/calibrate_spread.py"),
+            predicted=lambda wildcards: expand(
+                rules.predict_slurry.output.predicted, surrogate=wildcards.surrogate, slurry=calibrated_on()
+            ),
+            frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=calibrated_on()),
+        output:
+            calibration=f"{RESULTS}/models/{{surrogate}}/calibration.json",
+            cost=f"{RESULTS}/costs/calibrate_spread/{{surrogate}}.json",
+        log:
+            f"{RESULTS}/logs/calibrate_spread/{{surrogate}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/calibrate_spread/{{surrogate}}.tsv"
+        wildcard_constraints:
+            surrogate="|".join(SPREADING),
+        localrule: True
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --calibration {output.calibration:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+    rule measure_uncertainty:
+        input:
+            script="scripts/measure_uncertainty.py",
+            modules=modules("scripts/measure_uncertainty.py"),
+            predicted=expand(rules.predict_slurry.output.predicted, surrogate=SPREADING, slurry=HELD_OUT),
+            frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SPREADING)),
+            calibrations=expand(rules.calibrate_spread.output.calibration, surrogate=SPREADING),
+        output:
+            table=report(
+                f"{RESULTS}/tables/uncertainty.csv",
+                caption="../report/uncertainty.rst",
+                category="Yardsticks",
+                labels={"table": "uncertainty"},
+            ),
+            cost=f"{RESULTS}/costs/measure_uncertainty.json",
+        log:
+            f"{RESULTS}/logs/measure_uncertainty.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/measure_uncertainty.tsv"
+        localrule: True
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+            roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --calibrations {input.calibrations:q} --roles {params.roles:q}"
+            " --table {output.table:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+    rule plot_uncertainty:
+        input:
+            script="scripts/plot_uncertainty.py",
+            modules=modules("scripts/plot_uncertainty.py"),
+            predicted=rules.measure_uncertainty.input.predicted,
+            frames=rules.measure_uncertainty.input.frames,
+            uncertainty=rules.measure_uncertainty.output.table,
+        output:
+            figure=report(
+                f"{RESULTS}/figures/uncertainty.png",
+                caption="../report/uncertainty_figure.rst",
+                category="Yardsticks",
+                labels={"figure": "uncertainty"},
+            ),
+        log:
+            f"{RESULTS}/logs/plot_uncertainty.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/plot_uncertainty.tsv"
+        localrule: True
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --uncertainty {input.uncertainty:q} --figure {output.figure:q}"
+            " 2>&1 | tee {log:q}"
+
+
 rule plot_skill:
     input:
         script="scripts/plot_skill.py",
@@ -514,11 +604,13 @@ rule write_yardsticks:
         study_costs=rules.compare_study_costs.output.table,
         ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
         relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
+        uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
         figures=[
             rules.plot_skill.output.figure,
             rules.plot_structure.output.figure,
             rules.plot_front.output.figure,
             *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),
+            *([rules.plot_uncertainty.output.figure] if SPREADING else []),
         ],
     output:
         page=report(f"{RESULTS}/yardsticks.html", caption="../report/yardsticks.rst", category="Report"),
@@ -533,13 +625,16 @@ rule write_yardsticks:
         networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
         density_bar=config["yardsticks"]["density_bar"],
         rdf_bar=config["yardsticks"]["rdf_bar"],
-        ablation=lambda wildcards, input: ["--ablation", input.ablation] if input.ablation else [],
-        relaxation=lambda wildcards, input: ["--relaxation", input.relaxation] if input.relaxation else [],
+        optional=lambda wildcards, input: [
+            word
+            for name in ("ablation", "relaxation", "uncertainty")
+            if input[name]
+            for word in (f"--{name}", input[name])
+        ],
     shell:
         "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
         " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --equilibrium {input.equilibrium:q}"
         " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
         " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
-        " --study-costs {input.study_costs:q} {params.ablation:q} {params.relaxation:q} --figures {input.figures:q}"
-        " --page {output.page:q}"
+        " --study-costs {input.study_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"
         " 2>&1 | tee {log:q}"
