@@ -39,7 +39,7 @@ def own(tmp_path: Path, **sections: dict) -> Path:
     return path
 
 
-@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full", "size", "size_clock"])
+@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full", "size", "size_clock", "small", "start"])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
     done = plan(f"config/{scale}.yaml", "all", *([] if scale.startswith("size") else ["yardsticks", "convergence"]))
     assert done.returncode == 0, done.stdout + done.stderr

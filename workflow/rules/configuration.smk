@@ -279,4 +279,5 @@ wildcard_constraints:
     slurry="|".join(RUNS),
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
-    steps="|".join(["", *(f"-{steps}" for steps in RELAXATION_STEPS)]),  # no id has a hyphen
+    # no id has a hyphen; in brackets, as Snakemake takes an empty pattern for none
+    steps=f"(?:{'|'.join(['', *(f'-{steps}' for steps in RELAXATION_STEPS)])})",
