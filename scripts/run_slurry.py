@@ -13,29 +13,24 @@ outputs asks for them again.
 """
 
 import argparse
-import functools
-import hashlib
 import itertools
 import json
-import os
 import shutil
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import children_cpu_s, measured_cost
-from slurrycast.files import RunError, Unfinished, checksum, moved_into_place, write_text
-from slurrycast.lammps_log import Log, read_log
-from slurrycast.lammps_run import SCRIPTS, Launcher, Progress, force_field_variables, run_lammps, steps_per_frame
+from slurrycast.costs import measured_cost
+from slurrycast.dem_chain import Chain, Opening, boundaries, identity
+from slurrycast.files import moved_into_place, write_text
+from slurrycast.lammps_log import Log
+from slurrycast.lammps_run import Launcher, steps_per_frame
 from slurrycast.stopping import Stop
-from slurrycast.work_folder import WorkFolder, attempt_log, work_folder
+from slurrycast.work_folder import attempt_log, work_folder
 
 LAMMPS_SCRIPTS = ("push_off.lmp", "start.lmp", "slurry.lmp")
-DUMP_HEADER_LINES = 9  # of each frame, before its particles
-RESTART_END = b"LammpS RestartT\0"  # the last bytes of a restart file
 THERMO_COLUMNS = {
     "Step": "step",
     "v_time_us": "time_us",
@@ -79,117 +74,11 @@ def parse_args() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def boundaries(frame_steps: int, last_frame: int, segment_frames: int, restart_frames: Sequence[int]) -> list[int]:
-    """Steps at which the segments of a run begin and end: every `segment_frames` frames and at each restart frame."""
-    frames = {*range(0, last_frame, segment_frames), *restart_frames, last_frame}
-    return [frame * frame_steps for frame in sorted(frames) if frame <= last_frame]
-
-
-def identity(inputs: Sequence[Path]) -> str:
-    """Of a run: digest of all that its numbers come from, its inputs and the LAMMPS scripts."""
-    files = [*inputs, *(SCRIPTS / name for name in LAMMPS_SCRIPTS)]
-    return hashlib.sha256("".join(map(checksum, files)).encode()).hexdigest()
-
-
 def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
     """One table of all segments; the first row of a segment repeats the last one of the segment before."""
     tables = [pd.DataFrame(log.thermo, columns=log.columns).iloc[min(index, 1) :] for index, log in enumerate(logs)]
     table = pd.concat(tables, ignore_index=True)[list(THERMO_COLUMNS)].rename(columns=THERMO_COLUMNS)
     return table.astype({"step": int})
-
-
-def run_part(
-    work: WorkFolder,
-    attempt: Path,
-    part: str,
-    files: Sequence[str],
-    launcher: Launcher,
-    script: str,
-    variables: dict,
-    said: Callable[[int, float], None] | None = None,
-    check: Callable[[], None] = lambda: None,
-) -> Log:
-    """Run LAMMPS and record that this part is finished, with the `files` that it wrote and what it cost.
-
-    `check` may refuse the files. The log of an earlier attempt at the part is kept beside that attempt's own.
-    """
-    log = f"{part}.log"
-    if (work.path / log).exists():
-        shutil.move(work.path / log, attempt.with_name(f"{attempt.stem}_found_{log}"))
-    wall_s, cpu_s = time.perf_counter(), children_cpu_s()
-    result = run_lammps(launcher, script, variables, work.path, log, said)
-    check()
-    spent = {"wall_s": time.perf_counter() - wall_s, "cpu_s": children_cpu_s() - cpu_s}
-    work.record(part, [*files, log], spent)
-    return result
-
-
-def check_written(work: Path, last: int, n_frames: int, particles: int) -> None:
-    """Refuse, with RunError, a segment whose frames or restart file are not complete: LAMMPS ignores a full disk."""
-    frames, restart = work / f"frames_{last}.dump", work / f"step_{last}.restart"
-    with frames.open("rb") as file:
-        lines = sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b""))
-    expected = n_frames * (particles + DUMP_HEADER_LINES)
-    if lines != expected:
-        raise RunError(f"{frames}: has {lines} lines of {expected}: LAMMPS could not write it whole; is the disk full?")
-    with restart.open("rb") as file:
-        file.seek(-min(len(RESTART_END), restart.stat().st_size), os.SEEK_END)
-        if file.read() != RESTART_END:
-            raise RunError(f"{restart}: has no end: LAMMPS could not write it whole; is the disk full?")
-
-
-def run_segments(
-    work: WorkFolder,
-    attempt: Path,
-    inputs: dict,
-    steps: Sequence[int],
-    launcher: Launcher,
-    stop: Stop,
-    done: Sequence[str],
-) -> list[Log]:
-    """Run the parts between `steps` that are not `done` yet; return the logs of all segments."""
-    dem, name = inputs["physics"]["dem"], inputs["slurry"]
-    frame_steps = steps_per_frame(dem)
-    variables = {
-        **force_field_variables(inputs["physics"]["force_field"], dem),
-        "data": "initial.data",
-        "coefficients": "coefficients.lmp",
-        "push_off": "push_off.lmp",
-        "push_off_iterations": dem["push_off_iterations"],
-        "velocity_seed": inputs["seeds"]["velocities"],
-        "thermo_every_steps": dem["thermo_every_steps"],
-        "frame_every_steps": frame_steps,
-    }
-    segments = {f"segment_{last}": (first, last) for first, last in itertools.pairwise(steps)}
-    done_steps = max((last for part, (_, last) in segments.items() if part in done), default=0)
-    if done_steps:
-        print(f"[{name}] goes on from step {done_steps} of {steps[-1]}")
-    for part, file in (("push_off", "pushed_off.data"), ("start", "step_0.restart")):
-        if part not in done:
-            run_part(work, attempt, part, [file], launcher, f"{part}.lmp", variables)
-    progress = Progress(name, done_steps, steps[-1], print)
-
-    def said(step: int, density_g_cm3: float) -> None:
-        stop.reached(step)
-        progress(step, density_g_cm3)
-
-    logs = []
-    for part, (first, last) in segments.items():
-        if part in done:
-            logs.append(read_log(work.path / f"{part}.log"))
-            continue
-        stop.begin(first, last)
-        ends = {**variables, "from": first, "to": last}
-        files = [f"frames_{last}.dump", f"step_{last}.restart"]
-        n_frames = (last - first) // frame_steps + (first == 0)
-        check = functools.partial(check_written, work.path, last, n_frames, inputs["particles"])
-        try:
-            logs.append(run_part(work, attempt, part, files, launcher, "slurry.lmp", ends, said, check))
-        except RunError as error:
-            if stop.asked:  # a launcher passes the signal on, and LAMMPS ends by it
-                raise Unfinished(f"[{name}] stopped by {stop.asked}: {error}") from error
-            raise
-    return logs
 
 
 def main() -> None:
@@ -198,26 +87,26 @@ def main() -> None:
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
     steps = boundaries(steps_per_frame(dem), args.last_frame, dem["segment_frames"], dem["restart_frames"])
-    parts = ["push_off", "start", *(f"segment_{last}" for last in steps[1:])]
+    variables = {
+        "data": "initial.data",
+        "push_off": "push_off.lmp",
+        "push_off_iterations": dem["push_off_iterations"],
+        "velocity_seed": inputs["seeds"]["velocities"],
+    }
+    openings = [Opening("push_off", "pushed_off.data", variables), Opening("start", "step_0.restart", variables)]
     launcher = Launcher(args.executable, args.launcher, args.ranks)
     files = [args.inputs, args.data, args.coefficients, args.push_off]
     with (
         attempt_log(args.attempts) as attempt,
-        work_folder(args.work, identity(files)) as work,
+        work_folder(args.work, identity(files, LAMMPS_SCRIPTS)) as work,
         measured_cost(args.cost, "run_slurry", slurry=slurry) as cost,
     ):
         stop = Stop(slurry, 60 * args.budget_min)
         for name, file in zip(("initial.data", "coefficients.lmp", "push_off.lmp"), files[1:], strict=True):
             shutil.copyfile(file, work.path / name)
-        # Not by the restart files: each is there before the log of its segment is complete.
-        done = list(itertools.takewhile(work.finished, parts))
-        for part in parts[len(done) :]:
-            work.forget(part)
-        logs = run_segments(work, attempt, inputs, steps, launcher, stop, done)
-        spent = {part: work.cost(part) for part in parts}
-        for part in done:  # by earlier attempts
-            cost.wall_s += spent[part]["wall_s"]
-            cost.cpu_s += spent[part]["cpu_s"]
+        chain = Chain(slurry, inputs, openings, steps)
+        logs = chain.run(work, attempt, launcher, stop, cost)
+        spent = {part: work.cost(part) for part in chain.parts}
 
         with moved_into_place(args.dump) as part, part.open("wb") as whole:
             for last in steps[1:]:
@@ -228,7 +117,7 @@ def main() -> None:
                 with moved_into_place(args.restarts / f"frame_{frame}.restart") as part:
                     shutil.copyfile(work.path / f"step_{frame * steps_per_frame(dem)}.restart", part)
         with moved_into_place(args.log) as part, part.open("wb") as whole:
-            for name in parts:
+            for name in chain.parts:
                 whole.write((work.path / f"{name}.log").read_bytes())
         thermo = thermo_table(logs)
         with moved_into_place(args.thermo) as part:
@@ -241,7 +130,7 @@ def main() -> None:
             "lammps_version": logs[-1].version,
             "ranks": args.ranks,
             "physics": inputs["physics"],
-            "start": {clock: sum(spent[part][clock] for part in parts[:2]) for clock in ("wall_s", "cpu_s")},
+            "start": {clock: sum(spent[opening.part][clock] for opening in openings) for clock in ("wall_s", "cpu_s")},
             "segments": [
                 {"step_start": first, "step_end": last, **spent[f"segment_{last}"]}
                 for first, last in itertools.pairwise(steps)

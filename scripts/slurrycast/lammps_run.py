@@ -197,6 +197,11 @@ def continue_dem(
     fixed = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
     every = {**force_field_variables(physics["force_field"], physics["dem"]), **fixed, **variables}
     log = run_lammps(launcher, "continue.lmp", every, folder, "continue.log", progress)
-    if "Unused restart file" in (folder / "continue.log").read_text(encoding="utf-8", errors="replace"):
-        raise RunError(f"LAMMPS: dropped a part of the restart file {restart}; log: {folder / 'continue.log'}")
+    refuse_lost_history(folder / "continue.log", restart)
     return log
+
+
+def refuse_lost_history(log: Path, restart: Path) -> None:
+    """RunError if LAMMPS dropped a part of the file `restart`, the contact history, as its `log` says at the end."""
+    if "Unused restart file" in log.read_text(encoding="utf-8", errors="replace"):
+        raise RunError(f"LAMMPS: dropped a part of the restart file {restart}; log: {log}")
