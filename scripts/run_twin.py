@@ -6,20 +6,32 @@ In: the restart file of the early frame, the slurry's inputs (JSON) and pair coe
 for what the particles are.
 Out: the twin at the target frame, as a frame store of one frame (HDF5). Every coordinate is displaced by a random
 length between plus and minus --displacement-um; its seed follows from that of the slurry.
+
+The twin is cut into the same segments as its original, and as there the work folder holds the restart file of each
+finished one: a twin that was killed goes on from the last one when it is started again with the same inputs, and ends
+with the same numbers. It stops on purpose as run_slurry.py does. The work folder is removed with the twin written.
 """
 
 import argparse
+import contextlib
 import json
+import shutil
 from pathlib import Path
 
 from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost
+from slurrycast.dem_chain import COEFFICIENTS, Chain, Opening, boundaries, check_restart, identity
 from slurrycast.files import InputError
 from slurrycast.frames import read_frames, write_frames
 from slurrycast.lammps_dump import as_frame, read_dump
-from slurrycast.lammps_run import Launcher, Progress, continue_dem, steps_per_frame
+from slurrycast.lammps_log import read_log
+from slurrycast.lammps_run import Launcher, refuse_lost_history, steps_per_frame
 from slurrycast.recipe import derived_seed
-from slurrycast.work_folder import work_folder
+from slurrycast.stopping import Stop
+from slurrycast.work_folder import attempt_log, work_folder
+
+LAMMPS_SCRIPTS = ("displace.lmp", "slurry.lmp")
+START = "start.restart"  # in the work folder
 
 
 def parse_args() -> argparse.Namespace:
@@ -34,10 +46,14 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--first-frame", required=True, type=int, help="number of the frame that the twin starts from")
     parser.add_argument("--target-frame", required=True, type=int, help="number of the frame at which the twin ends")
     parser.add_argument("--displacement-um", required=True, type=float, help="longest displacement of a coordinate, um")
-    parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
+    parser.add_argument("--work", required=True, type=Path, help="work folder, from which a killed twin goes on")
     parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
     parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
     parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    parser.add_argument(
+        "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
+    )
+    parser.add_argument("--attempts", type=Path, help="out: folder for a log of each attempt")
     parser.add_argument("--twin", required=True, help="out: the twin at the target frame, HDF5")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     args = parser.parse_args()
@@ -51,43 +67,53 @@ def main() -> None:
     args = parse_args()
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
-    first, last = (frame * steps_per_frame(dem) for frame in (args.first_frame, args.target_frame))
-    with (
-        work_folder(args.work),
-        measured_cost(args.cost, "run_twin", slurry=slurry) as cost,
-        read_frames(args.frames) as store,
-    ):
-        log = continue_dem(
-            Launcher(args.executable, args.launcher, args.ranks),
-            inputs,
-            args.restart,
-            args.coefficients,
-            args.work,
-            {
-                "round_steps": last - first,
-                "max_rounds": 1,
-                "flat_within": 0,
-                "pressure_within": 0,
+    frame_steps = steps_per_frame(dem)
+    first = args.first_frame * frame_steps
+    ends = boundaries(frame_steps, args.target_frame, dem["segment_frames"], [*dem["restart_frames"], args.first_frame])
+    displacement = {
+        "restart": START,
+        "from": first,
+        "displacement_um": args.displacement_um,
+        "displacement_seed": derived_seed(inputs["physics"]["slurry"]["seed"], "twin"),
+    }
+
+    def check_displaced() -> None:
+        """Refuse a restart file that is of another step, or whose contact history LAMMPS dropped."""
+        log, displaced = args.work / "displace.log", args.work / f"step_{first}.restart"
+        step = int(read_log(log).thermo[-1, 0])
+        if step != first:
+            raise InputError(f"{args.restart}: of step {step}, frame {args.first_frame} is {first}")
+        refuse_lost_history(log, args.restart)
+        check_restart(displaced)
+
+    chain = Chain(
+        f"{slurry} twin",
+        inputs,
+        [Opening("displace", f"step_{first}.restart", displacement, check_displaced)],
+        [step for step in ends if step >= first],
+    )
+    settings = json.dumps([args.first_frame, args.target_frame, args.displacement_um])
+    known_by = identity([args.restart, args.inputs, args.coefficients], LAMMPS_SCRIPTS, settings)
+    attempts = attempt_log(args.attempts) if args.attempts else contextlib.nullcontext()
+    with attempts as attempt, work_folder(args.work, known_by) as work:
+        with measured_cost(args.cost, "run_twin", slurry=slurry) as cost, read_frames(args.frames) as store:
+            stop = Stop(chain.name, 60 * args.budget_min)
+            shutil.copyfile(args.restart, args.work / START)
+            shutil.copyfile(args.coefficients, args.work / COEFFICIENTS)
+            logs = chain.run(work, attempt, Launcher(args.executable, args.launcher, args.ranks), stop, cost)
+            *_, end = read_dump(args.work / f"frames_{chain.steps[-1]}.dump")
+            attributes = {
+                **store.attributes,
+                "stage": "twin",
+                "first_frame": args.first_frame,
                 "displacement_um": args.displacement_um,
-                "displacement_seed": derived_seed(inputs["physics"]["slurry"]["seed"], "twin"),
-                "thermo_every_steps": dem["thermo_every_steps"],
-            },
-            Progress(f"{slurry} twin", first, last, print),
-        )
-        (end,) = read_dump(args.work / "continued.dump")
-        if end.step != last:
-            raise InputError(f"{args.restart}: of step {end.step - last + first}, frame {args.first_frame} is {first}")
-        attributes = {
-            **store.attributes,
-            "stage": "twin",
-            "first_frame": args.first_frame,
-            "displacement_um": args.displacement_um,
-            "lammps_version": log.version,
-        }
-        frame = as_frame(end, args.target_frame, dem["timestep_us"])
-        write_frames(args.twin, store.particles, [frame], attributes)
-        cost.particles, cost.steps = len(store.particles), last - first
-    print(f"[{slurry}] twin from frame {args.first_frame} to {args.target_frame}")
+                "lammps_version": logs[-1].version,
+            }
+            frame = as_frame(end, args.target_frame, dem["timestep_us"])
+            write_frames(args.twin, store.particles, [frame], attributes)
+            cost.particles, cost.steps = len(store.particles), chain.steps[-1] - first
+        shutil.rmtree(args.work)
+        print(f"[{slurry}] twin from frame {args.first_frame} to {args.target_frame}")
 
 
 if __name__ == "__main__":

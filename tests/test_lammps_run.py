@@ -4,6 +4,7 @@ import json
 import shlex
 import shutil
 import sys
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from slurrycast import lammps_run
 from slurrycast.files import InputError, RunError
 from slurrycast.lammps_dump import read_dump
-from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+from slurrycast.lammps_run import Launcher, Progress, force_field_variables, refuse_lost_history, run_lammps
 
 ONE_RANK = Launcher("lmp", "mpiexec", 1)
 
@@ -113,6 +114,74 @@ def test_potential_energy_after_a_restart(folder, variables, tmp_path, monkeypat
 
     forgetful = script.replace("include ", f"{pair_style}\ninclude ", 1)
     assert potential_energy_fj(forgetful, 3050) != pytest.approx(expected, rel=1e-8)
+
+
+@pytest.fixture
+def displaced(folder, variables) -> Callable[[float], Path]:
+    """Displace the particles at step 3000 in a part of its own; return its log."""
+
+    def run(displacement_um: float) -> Path:
+        source = folder / "start.restart"
+        if not source.exists():
+            (folder / "step_3000.restart").rename(source)
+        own = {"restart": source.name, "from": 3000, "displacement_um": displacement_um, "displacement_seed": 5}
+        run_lammps(ONE_RANK, "displace.lmp", {**variables, **own}, folder, "displace.log")
+        return folder / "displace.log"
+
+    return run
+
+
+def test_potential_energy_after_a_displacement_of_nothing(folder, variables, displaced, tmp_path, monkeypatch):
+    """250 steps on, as without that part; not so if it drops the contact history."""
+    scripts = {name: (lammps_run.SCRIPTS / name).read_text() for name in ("start.lmp", "displace.lmp", "slurry.lmp")}
+    start = scripts["start.lmp"]
+    pair_style = start[start.index("pair_style") : start.index("include")]
+    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    (tmp_path / "slurry.lmp").write_text(
+        scripts["slurry.lmp"].replace("thermo_style    custom step", "thermo_style    custom step pe")
+    )
+
+    def potential_energy_fj() -> float:
+        log = segment(folder, variables, 3000, 3250)
+        assert log.thermo[-1, 0] == 3250
+        return log.thermo[-1, log.columns.index("PotEng")]
+
+    expected = potential_energy_fj()
+    frames = (folder / "frames_3250.dump").read_bytes()
+    displace = scripts["displace.lmp"]
+    moved_by_nothing = displace.replace('"${displacement_um} > 0"', '"1 > 0"').replace(
+        "all random ${displacement_um} ${displacement_um} &\n                ${displacement_um} ${displacement_seed}",
+        "all move 0 0 0",
+    )
+    for text in (displace, moved_by_nothing):
+        (tmp_path / "displace.lmp").write_text(text)
+        assert "Unused restart file" not in displaced(0).read_text()
+        assert potential_energy_fj() == pytest.approx(expected, rel=1e-8)
+        assert "Unused restart file" not in (folder / "segment_3250.log").read_text()
+        assert (folder / "frames_3250.dump").read_bytes() == frames
+    assert moved_by_nothing.count("all move 0 0 0") == 1
+
+    (tmp_path / "displace.lmp").write_text(displace.replace("include ", f"{pair_style}\ninclude ", 1))
+    log = displaced(0)
+    assert potential_energy_fj() != pytest.approx(expected, rel=1e-8)
+    with pytest.raises(RunError, match=r"dropped a part of the restart file start\.restart; log: .*displace\.log"):
+        refuse_lost_history(log, Path("start.restart"))
+
+
+def test_displaced_chain_is_on_the_trajectory_of_one_process(folder, variables, displaced, tmp_path, monkeypatch):
+    """The contact history survives a displacement that is more than nothing, too."""
+    displaced(1e-6)
+    segment(folder, variables, 3000, 3250)
+    *_, chain = read_dump(folder / "frames_3250.dump")
+    script = (lammps_run.SCRIPTS / "slurry.lmp").read_text()
+    random = "displace_atoms all random 1e-6 1e-6 1e-6 5"
+    (tmp_path / "slurry.lmp").write_text(script.replace("run  ", f"run 0\n{random}\nrun  ", 1))
+    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    shutil.copyfile(folder / "start.restart", folder / "step_3000.restart")
+    segment(folder, variables, 3000, 3250)
+    *_, one_process = read_dump(folder / "frames_3250.dump")
+    np.testing.assert_allclose(chain.values, one_process.values, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(chain.edges_um, one_process.edges_um, rtol=1e-12)
 
 
 def test_frames_of_a_segment_start_after_the_last_one_of_the_segment_before(folder, variables):

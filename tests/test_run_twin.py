@@ -1,13 +1,17 @@
 """A twin without displacement is the DEM run itself; with a hair of it, it drifts away."""
 
 import json
+import re
+import signal
 import subprocess
+import time
 
 import numpy as np
 import pytest
 
 from slurrycast.errors import coordinate_errors
 from slurrycast.frames import read_frames
+from test_run_slurry import flip, killed
 
 
 @pytest.fixture
@@ -76,3 +80,84 @@ def test_target_before_the_start_is_refused(twin):
     result = subprocess.run(twin(10, 0), capture_output=True, text=True)
     assert result.returncode == 2
     assert result.stderr.endswith("--first-frame 10: must be from 0 to below --target-frame 10\n")
+
+
+@pytest.fixture
+def undisturbed(twin, tmp_path) -> bytes:
+    """File of a twin that nobody disturbed."""
+    subprocess.run(twin(120, 1e-6), check=True)
+    content = (tmp_path / "twin.h5").read_bytes()
+    (tmp_path / "twin.h5").unlink()
+    return content
+
+
+def test_undisturbed_twin_has_the_segments_of_its_original_and_every_bit_of_it(twin, slurry, tmp_path):
+    subprocess.run(twin(120, 0), check=True)
+    with read_frames(tmp_path / "twin.h5") as store, read_frames(slurry / "frames.h5") as dem:
+        for name in ("position_um", "scaled_position", "coordination"):
+            np.testing.assert_array_equal(getattr(store, name)(120), getattr(dem, name)(120))
+        np.testing.assert_array_equal(store.box(120), dem.box(120))
+
+
+def test_twin_killed_in_its_second_segment_goes_on_and_ends_with_every_bit(twin, undisturbed, tmp_path):
+    work, attempts = tmp_path / "work folder", tmp_path / "attempts"
+    command = [*twin(120, 1e-6), "--attempts", str(attempts)]
+    killed(command, work / "segment_3000.log", everything=True)
+    assert (work / "segment_2000.json").exists() and not (tmp_path / "twin.h5").exists()
+    spent = json.loads((work / "displace.json").read_text()), json.loads((work / "segment_2000.json").read_text())
+    result = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert re.search(r"\[A twin\] goes on from step [23]000 of 6000\n", result.stdout)
+    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+    assert not work.exists()
+    cost = json.loads((tmp_path / "cost.json").read_text())
+    assert cost["wall_s"] > sum(part["wall_s"] for part in spent)
+    assert (cost["particles"], cost["steps"]) == (78, 5500)
+    assert sorted(path.name for path in attempts.glob("attempt_?.log")) == ["attempt_1.log", "attempt_2.log"]
+
+
+@pytest.mark.parametrize("name", ["step_500.restart", "step_2000.restart"])
+def test_damaged_part_of_a_twin_is_named_and_done_again(twin, undisturbed, tmp_path, name):
+    work = tmp_path / "work folder"
+    killed(twin(120, 1e-6), work / "segment_3000.log", everything=True)
+    flip(work / name)
+    result = subprocess.run(twin(120, 1e-6), check=True, capture_output=True, text=True)
+    assert f"{work / name}: truncated, or not what " in result.stdout
+    assert "goes on" not in result.stdout
+    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+
+
+def test_twin_of_other_settings_does_not_go_on_from_what_was_left(twin, tmp_path):
+    work = tmp_path / "work folder"
+    killed(twin(120, 1e-5), work / "segment_3000.log", everything=True)
+    result = subprocess.run(twin(11, 1e-6), check=True, capture_output=True, text=True)
+    assert f"{work}: left by a run with other inputs; starting anew" in result.stdout
+
+
+def test_twin_stops_between_segments_when_its_budget_is_used_up(twin, undisturbed, tmp_path):
+    for step in (2000, 3000, 4000):
+        result = subprocess.run([*twin(120, 1e-6), "--budget-min", "0.001"], capture_output=True, text=True)
+        assert result.returncode == 75
+        assert result.stderr.startswith(f"[A twin] stopped at step {step}: the next segment takes about ")
+        assert not (tmp_path / "twin.h5").exists()
+    subprocess.run(twin(120, 1e-6), check=True)
+    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+
+
+def test_terminated_twin_stops_and_goes_on(twin, undisturbed, tmp_path):
+    process = subprocess.Popen(twin(120, 1e-6), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    while not (tmp_path / "work folder" / "segment_2000.json").exists():
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=30)[1]
+    assert process.returncode == 75
+    assert re.match(r"\[A twin\] stopped .*by SIGTERM", said)
+    subprocess.run(twin(120, 1e-6), check=True)
+    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+
+
+def test_refused_restart_file_is_refused_again(twin):
+    """What the first attempt has written of it counts for nothing."""
+    for _ in range(2):
+        result = subprocess.run(twin(11, 0, restart_frame=1), capture_output=True, text=True)
+        assert result.stderr.endswith("frame_1.restart: of step 50, frame 10 is 500\n")

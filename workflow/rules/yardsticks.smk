@@ -25,7 +25,7 @@ rule run_twin:
     input:
         script="scripts/run_twin.py",
         modules=modules("scripts/run_twin.py"),
-        lammps="scripts/lammps/continue.lmp",
+        lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
         run=rules.run_slurry.output.run,
         frames=rules.extract_frames.output.frames,
         inputs=rules.generate_inputs.output.inputs,
@@ -41,7 +41,9 @@ rule run_twin:
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
+    # How LAMMPS is started stands among the resources, as in run_slurry.
     resources:
+        budgeted=int(BUDGETED),
         mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
         tasks=config["dem"]["ranks"],
         cpus_per_task=1,
@@ -53,11 +55,13 @@ rule run_twin:
         target_frame=TARGET_FRAME,
         displacement_um=config["yardsticks"]["twin_displacement_um"],
         work=lambda wildcards: f"{RESULTS}/twins/{wildcards.slurry}_work",
+        attempts=lambda wildcards: f"{RESULTS}/logs/run_twin/{wildcards.slurry}",
     shell:
         "python {input.script:q} --restart {input.restart:q} --inputs {input.inputs:q}"
         " --coefficients {input.coefficients:q} --frames {input.frames:q} --first-frame {params.first_frame}"
         " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
         " --twin {output.twin:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
