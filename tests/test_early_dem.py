@@ -95,8 +95,6 @@ def test_lost_part_of_the_restart_file_is_an_error(question, monkeypatch, tmp_pa
         "max_rounds": 1,
         "flat_within": 0,
         "pressure_within": 0,
-        "displacement_um": 0,
-        "displacement_seed": 1,
         "thermo_every_steps": 1,
     }
     with pytest.raises(RunError, match="dropped a part of the restart file"):

@@ -44,8 +44,6 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
             "max_rounds": rounds,
             "flat_within": settings["flat_within"],
             "pressure_within": settings["pressure_within"],
-            "displacement_um": 0,
-            "displacement_seed": 1,
             "thermo_every_steps": round_steps,
         },
         Progress(f"{question.slurry} continued", first, first + rounds * round_steps, print),
