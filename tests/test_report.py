@@ -174,6 +174,19 @@ def results(tmp_path, model, history) -> Results:
         ],
         columns=["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"],
     )
+    values = {"2": (100, 1.5), "6": (500, 1.4), "N1": (100, 1.5)}
+    coverage = pd.DataFrame(
+        [
+            (slurry, roles[slurry], *row)
+            for slurry, (particles, density_g_cm3) in values.items()
+            for row in (
+                ("particles", particles, 100.0, 100.0, "yes" if slurry == "6" else "no"),
+                ("density_g_cm3", density_g_cm3, 1.45, 1.55, "yes" if slurry == "6" else "no"),
+                ("fraction_NiO", 0.61, 0.6, 0.6, "no"),
+            )
+        ],
+        columns=["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"],
+    )
     measures = ("mse_um2", "mae_um", "r2")
     coordinate_errors = pd.DataFrame(
         [
@@ -232,6 +245,7 @@ def results(tmp_path, model, history) -> Results:
         coordinate_errors=coordinate_errors,
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
+        coverage=coverage,
         costs=costs,
         speedup=speedup_table(surrogates),
         surrogates=surrogates,
@@ -244,7 +258,7 @@ def results(tmp_path, model, history) -> Results:
 
 def restricted(results: Results, slurries: list[str], **changes: object) -> Results:
     """The same run with only some of its slurries; `-` stands for all of them."""
-    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
+    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup", "coverage")
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
     inputs = {slurry: results.inputs[slurry] for slurry in slurries}
     runs = {slurry: results.runs[slurry] for slurry in slurries}
@@ -324,14 +338,37 @@ def test_warnings_come_from_the_data(results):
     notices = warnings(results)
     assert notices[0] == "Slurry 6: density drifts by <1 %> & more."
     assert "2.100 g/cm³" in notices[1]
-    assert "larger than anything trained on (at most 1 units)" in notices[2]
+    assert notices[2] == (
+        "Slurry 6: 500 particles, training covered 100; density at the last input frame 1.4 g/cm³, training covered "
+        "1.45 to 1.55; predictions of surrogates that learned extrapolate."
+    )
     assert len(notices) == 3
 
 
 def test_a_sound_run_has_no_warnings(results):
     sound = restricted(results, ["T1", "2", "N1"])
     assert warnings(sound) == []
-    assert "No warnings" in text_of(sound)
+    text = text_of(sound)
+    assert "No warnings" in text
+    assert "No predicted slurry lies outside what the training slurries cover." in text
+    assert "Table S9" not in text
+
+
+def test_training_range_is_shown_where_a_slurry_is_outside(results):
+    text = text_of(results)
+    assert text.index("Slurry 6: 500 particles, training covered 100") < text.index("Key results")
+    section = text[text.index("Table S9") :]
+    assert section.index("Number fraction, NiO") < section.index("1.45 to 1.55")
+    html = report_html(results)
+    for row in (
+        ("training", "100", "1.45 to 1.55", "0.6000"),
+        ("2", "100", "1.5", "0.6100"),
+        ("6", "500 ▲", "1.4 ▼", "0.6100"),
+        ("N1", "100", "1.5", "0.6100"),
+    ):
+        first, *others = row
+        assert f'<tr><td class="text">{first}</td>' + "".join(f'<td class="">{cell}</td>' for cell in others) in html
+    assert "No predicted slurry lies outside" not in text
 
 
 def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
@@ -362,7 +399,7 @@ def test_a_model_trained_elsewhere_is_said(results, epochs):
     assert "Epochs, net" in text_of(results)
     history = {"net": results.histories["net"].iloc[:epochs]}
     config = adopting(results.config, "trained/model.keras")
-    adopted = restricted(results, ["2", "6", "N1"], histories=history, config=config)
+    adopted = replace(restricted(results, ["2", "6", "N1"], histories=history, config=config), coverage=None)
     assert warnings(adopted)[0] == (
         "Surrogate net was trained elsewhere (trained/model.keras): neither its training range nor its recipe is known "
         "here."
@@ -373,12 +410,14 @@ def test_a_model_trained_elsewhere_is_said(results, epochs):
         "Batch size, net",
         "Learning rate, net",
         "Samples (",
-        "larger than anything trained on",
+        "training covered",
+        "No predicted slurry lies outside",
     ):
         assert absent not in text, absent
     assert ("Learning curves of the adopted model" in text) == (epochs > 0)
     assert ("came without learning curves" in text) == (epochs == 0)
     assert "whose weights are used" not in text
+    assert "what they covered is not known here, so whether a slurry lies outside is not checked." in text
 
 
 def with_errors(results: Results, density: float, mse: float, rdf: float, wobble: float) -> Results:

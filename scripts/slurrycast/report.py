@@ -9,11 +9,13 @@ them.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from slurrycast import study
+from slurrycast.coverage import FRACTION_PREFIX
 from slurrycast.figures import surrogate_family
 from slurrycast.network_table import Network
 from slurrycast.page import (
@@ -57,6 +59,7 @@ class Results:
     coordinate_errors: pd.DataFrame
     rdf_errors: pd.DataFrame
     equilibrium: pd.DataFrame
+    coverage: pd.DataFrame | None  # None without training slurries
     costs: pd.DataFrame
     speedup: pd.DataFrame
     surrogates: Sequence[str]  # labels, in the order of columns
@@ -168,14 +171,13 @@ NO_WARNINGS = "No warnings: every DEM run that went to its end is in equilibrium
 
 def warnings(results: Results) -> list[str]:
     """Sentences on what limits the results: runs not in equilibrium, odd densities, extrapolation, a foreign model."""
-    equilibrium = results.equilibrium
     notices = []
     if results.adopted_model:
         notices.append(
             f"Surrogate {listed(list(results.networks))} was trained elsewhere ({results.adopted_model}): neither its "
             "training range nor its recipe is known here."
         )
-    notices += [f"Slurry {row.slurry}: {row.warning}." for row in equilibrium.itertuples() if row.warning]
+    notices += [f"Slurry {row.slurry}: {row.warning}." for row in results.equilibrium.itertuples() if row.warning]
     expected = results.config["formulation"]["expected_density_g_cm3"]
     dem = results.density[results.density.model == "DEM"]
     odd = dem[(dem.density_g_cm3 / expected - 1).abs() > DENSITY_TOLERANCE]
@@ -184,15 +186,48 @@ def warnings(results: Results) -> list[str]:
         f"the expected {expected:g} g/cm³."
         for row in odd.itertuples()
     ]
-    if not results.adopted_model:
-        trained = equilibrium.mass_units[equilibrium.role == "train"]
-        beyond = equilibrium[~equilibrium.role.eq("train") & (equilibrium.mass_units > trained.max())]
-        notices += [
-            f"Slurry {row.slurry} ({row.mass_units:g} units) is larger than anything trained on (at most "
-            f"{trained.max():g} units): its prediction is an extrapolation."
-            for row in beyond.itertuples()
-        ]
-    return notices
+    return notices + extrapolations(results)
+
+
+def extrapolations(results: Results) -> list[str]:
+    """A sentence on each slurry that lies outside what training covered; none where that is not known."""
+    if results.coverage is None:
+        return []
+    sentences = []
+    for slurry, rows in results.coverage[results.coverage.outside == "yes"].groupby("slurry", sort=False):
+        parts = [f"{covered_text(row)}, training covered {covered_range(row)}" for row in rows.itertuples()]
+        sentences.append(f"Slurry {slurry}: {'; '.join(parts)}; predictions of surrogates that learned extrapolate.")
+    return sentences
+
+
+# Of a quantity of tables/coverage.csv: head of its column, words before and behind a value in a sentence, form.
+COVERED = {
+    "particles": ("Particles", "", " particles", ",.0f"),
+    "shortest_edge_um": ("Shortest edge (µm)", "shortest box edge ", " µm", ".4g"),
+    "longest_edge_um": ("Longest edge (µm)", "longest box edge ", " µm", ".4g"),
+    "density_g_cm3": ("Density (g/cm³)", "density at the last input frame ", " g/cm³", ".5g"),
+    "thickness_ratio": ("Lz/Lx", "Lz/Lx ", "", ".4g"),
+    "mean_radius_um": ("Mean radius (µm)", "mean particle radius ", " µm", ".4g"),
+}
+
+
+def covered_words(quantity: str) -> tuple[str, str, str, str]:
+    """Words and form of a quantity, as in COVERED; phases are those of the recipe."""
+    if not quantity.startswith(FRACTION_PREFIX):
+        return COVERED[quantity]
+    phase = quantity.removeprefix(FRACTION_PREFIX)
+    return f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f"
+
+
+def covered_text(row: NamedTuple) -> str:
+    """Text of a row of tables/coverage.csv: the quantity and its value."""
+    _, before, behind, form = covered_words(row.quantity)
+    return f"{before}{format(row.value, form)}{behind}"
+
+
+def covered_range(row: NamedTuple) -> str:
+    """Text of the range of the training slurries in a row of tables/coverage.csv."""
+    return span(pd.Series([row.training_min, row.training_max]), covered_words(row.quantity)[3])
 
 
 # ---- sections
@@ -420,6 +455,42 @@ def surrogates_section(results: Results) -> Section:
     for surrogate in results.networks:
         blocks += [Heading(f"Network {surrogate}"), *network_blocks(results, surrogate)]
     return Section("Surrogates", blocks)
+
+
+def coverage_section(results: Results) -> Section:
+    """Table S9, or a line where there is nothing to show: what training covered, and which slurries lie outside."""
+    section = Section("Training range")
+    table = results.coverage
+    if table is None:
+        section.blocks.append(
+            Text(
+                "The slurries that the model was trained on are not part of this run: what they covered is not known "
+                "here, so whether a slurry lies outside is not checked."
+            )
+        )
+        return section
+    if not (table.outside == "yes").any():
+        section.blocks.append(Text("No predicted slurry lies outside what the training slurries cover."))
+        return section
+    by_quantity = dict(list(table.groupby("quantity", sort=False)))
+    rows = [["training", *(covered_range(next(own.itertuples())) for own in by_quantity.values())]]
+    for slurry in dict.fromkeys(table.slurry):
+        cells = [next(own[own.slurry == slurry].itertuples()) for own in by_quantity.values()]
+        rows.append([results.row_name(slurry), *map(covered_cell, cells)])
+    caption = (
+        "The predicted slurries at the last input frame beside the range of the training slurries; ▲ is above it, ▼ "
+        "below. Lz/Lx, fractions and mean radius may leave it by their rounding: particles are whole. Surrogates that "
+        "learned extrapolate to what is outside."
+    )
+    columns = ["Slurry", *(covered_words(quantity)[0] for quantity in by_quantity)]
+    section.blocks.append(Table("Table S9", caption, columns, rows))
+    return section
+
+
+def covered_cell(row: NamedTuple) -> str:
+    """Text of a value in Table S9, marked where it is outside."""
+    mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
+    return f"{format(row.value, covered_words(row.quantity)[3])}{mark}"
 
 
 def network_blocks(results: Results, surrogate: str) -> list:
@@ -901,6 +972,7 @@ def build_sections(results: Results) -> list[Section]:
         settings_section(results),
         dem_section(results),
         surrogates_section(results),
+        coverage_section(results),
         prediction_section(results),
         new_section(results),
         cost_section(results, comparison, cpu),

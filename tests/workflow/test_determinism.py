@@ -51,6 +51,7 @@ UNTIMED = (
     "coordinate_errors",
     "rdf_errors",
     "equilibrium",
+    "coverage",
     "noise",
     "skill",
     "structure_errors",

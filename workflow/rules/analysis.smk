@@ -9,7 +9,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     rdf/{surrogate}/{slurry}.csv
-    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, cost.csv, speedup.csv
+    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, coverage.csv, cost.csv, speedup.csv
 """
 
 
@@ -40,6 +40,38 @@ rule measure_equilibrium:
         "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q} --roles {params.roles:q}"
         " --max-density-drift {params.max_density_drift} --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
+
+
+if TRAINING:
+
+    rule check_coverage:
+        input:
+            script="scripts/check_coverage.py",
+            modules=modules("scripts/check_coverage.py"),
+            training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+            predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
+        output:
+            table=report(
+                f"{RESULTS}/tables/coverage.csv",
+                caption="../report/coverage.rst",
+                category="Tables",
+                labels={"table": "training range"},
+            ),
+            cost=f"{RESULTS}/costs/check_coverage.json",
+        log:
+            f"{RESULTS}/logs/check_coverage.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/check_coverage.tsv"
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            roles=[SLURRIES[slurry].role for slurry in PREDICTED],
+            last_input_frame=max(INPUT_FRAMES),
+        shell:
+            "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q}"
+            " --roles {params.roles:q} --last-input-frame {params.last_input_frame}"
+            " --table {output.table:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
 
 
 rule measure_density:
@@ -176,6 +208,7 @@ rule collect_costs:
                 slurry=PREDICTED,
             ),
             rules.measure_equilibrium.output.cost,
+            *([rules.check_coverage.output.cost] if TRAINING else []),
             rules.measure_density.output.cost,
             rules.compare_coordinates.output.cost,
             rules.compare_rdf.output.cost,

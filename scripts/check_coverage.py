@@ -1,0 +1,72 @@
+"""Check which predicted slurries lie outside what the training slurries cover at the last input frame.
+
+In: frame stores (HDF5) of the training slurries and of those that are predicted.
+Out: a table (CSV) of one row a predicted slurry and quantity: its value, the least and greatest one of the training
+slurries, and whether it is outside (yes, no). Quantities are the number of particles, the shortest and longest edge of
+the box (um) and its Lz/Lx, the density (g/cm3), the number fraction of each phase and the mean radius over the
+particles (um).
+
+Particles, edges and density are outside as soon as they leave the range of the training slurries. Lz/Lx, which a run
+keeps, is not while it leaves by no more than 1e-9 of itself, its rounding. Fractions and the mean radius of one recipe
+differ between slurries since particles are whole: they are not while a slurry of other rounding, by half a particle of
+each phase and a particle of each of its size classes, would be inside.
+"""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.costs import measured_cost
+from slurrycast.coverage import State, coverage, state
+from slurrycast.files import InputError, write_text
+from slurrycast.frames import read_frames
+
+
+def read_state(path: Path, frame: int) -> tuple[str, State]:
+    """Read id and state of a slurry at `frame`."""
+    with read_frames(path) as store:
+        return str(store.attributes["slurry"]), state(store, frame)
+
+
+def parse_args() -> argparse.Namespace:
+    """Read the command line."""
+    parser = Parser(__doc__)
+    parser.add_argument(
+        "--training", type=input_file, nargs="+", required=True, help="in: DEM frames of slurries to learn from"
+    )
+    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: DEM frames of the others")
+    parser.add_argument("--roles", nargs="+", required=True, help="role of each of --predicted, in order")
+    parser.add_argument("--last-input-frame", type=int, required=True, help="number of the frame that is looked at")
+    parser.add_argument("--table", type=Path, required=True, help="out: table of slurries and quantities (CSV)")
+    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    args = parser.parse_args()
+    if len(args.roles) != len(args.predicted):
+        parser.error(f"{len(args.predicted)} --predicted but {len(args.roles)} --roles: one each is needed")
+    return args
+
+
+def main() -> None:
+    """Compare every slurry and write the table; those outside are said too."""
+    args = parse_args()
+    with measured_cost(args.cost, "check_coverage"):
+        training = [read_state(path, args.last_input_frame)[1] for path in args.training]
+        rows = []
+        for path, role in zip(args.predicted, args.roles, strict=True):
+            slurry, own = read_state(path, args.last_input_frame)
+            if own.particles.phase_names != training[0].particles.phase_names:
+                raise InputError(f"{path}: has other phases than {args.training[0]}")
+            found = coverage(own, training)
+            outside = [name for name, values in found.items() if values.outside]
+            if outside:
+                print(f"[{slurry}] outside what training covered: {', '.join(outside)}")
+            for name, values in found.items():
+                flag = {"outside": "yes" if values.outside else "no"}
+                rows.append({"slurry": slurry, "role": role, "quantity": name, **asdict(values), **flag})
+        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+
+
+if __name__ == "__main__":
+    run_main(main)

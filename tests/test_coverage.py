@@ -1,0 +1,258 @@
+"""What training covered: closed forms, recipes that round differently, and the script on small slurries."""
+
+import itertools
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slurrycast.costs import read_cost
+from slurrycast.coverage import (
+    RATIO_TOLERANCE,
+    State,
+    Value,
+    class_slack,
+    coverage,
+    covered,
+    mean_radius_um,
+    mean_range,
+    quantities,
+    types_of,
+)
+from slurrycast.frames import Frame, Particles, write_frames
+from slurrycast.recipe import particle_counts, particle_types
+from slurrycast.tables import read_table
+
+PHASES = {
+    "BDPD": {
+        "density_g_cm3": 0.8,
+        "mass_fraction": 0.13,
+        "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
+    },
+    "NiO": {
+        "density_g_cm3": 6.67,
+        "mass_fraction": 0.87,
+        "size_classes": [
+            {"diameter_um": 0.5, "number_fraction": 0.2},
+            {"diameter_um": 0.7, "number_fraction": 0.7},
+            {"diameter_um": 1.3, "number_fraction": 0.1},
+        ],
+    },
+}
+EXACT = ("particles", "shortest_edge_um", "longest_edge_um", "density_g_cm3")
+
+
+def recipe(mass_pg: float, phases: dict = PHASES) -> Particles:
+    """Particles of a slurry of this mass."""
+    types = particle_types(phases)
+    counts = particle_counts(types, mass_pg)
+
+    def column(name: str) -> np.ndarray:
+        return np.repeat([getattr(t, name) for t in types], counts)
+
+    return Particles(
+        id=np.arange(1, counts.sum() + 1),
+        type=column("type"),
+        phase=column("phase_index"),
+        size_class=column("size_class"),
+        radius_um=column("diameter_um") / 2,
+        mass_pg=column("mass_pg"),
+        phase_names=tuple(phases),
+    )
+
+
+def slurry(mass_pg: float, edges_um: tuple = (3.0, 3.0, 6.0), phases: dict = PHASES) -> State:
+    particles = recipe(mass_pg, phases)
+    return State(particles, np.array(edges_um), float(particles.mass_pg.sum() / np.prod(edges_um)))
+
+
+def test_quantities_are_what_they_say():
+    own = slurry(200.0, (3.0, 4.0, 6.0))
+    particles = own.particles
+    values = quantities(own, types_of([particles]))
+    assert list(values) == [*EXACT, "thickness_ratio", "fraction_BDPD", "fraction_NiO", "mean_radius_um"]
+    expected = {
+        "particles": len(particles),
+        "shortest_edge_um": 3,
+        "longest_edge_um": 6,
+        "density_g_cm3": particles.mass_pg.sum() / 72,
+        "thickness_ratio": 2,
+        "fraction_BDPD": (particles.phase == 1).mean(),
+        "fraction_NiO": (particles.phase == 2).mean(),
+        "mean_radius_um": particles.radius_um.mean(),
+    }
+    assert {name: values[name].value for name in values} == pytest.approx(expected, rel=1e-12)
+    for name, value in values.items():
+        assert (value.low == value.value == value.high) == (name in EXACT)
+        assert value.low <= value.value <= value.high
+
+
+def test_range_of_a_fraction_has_a_closed_form():
+    """n of N particles and the other phase, each to half a particle: (n -+ 1/2) / N, whatever the other one does."""
+    low, high = mean_range(np.array([1.0, 0.0]), np.array([30, 70]), np.array([0.5, 0.5]))
+    assert (low, high) == pytest.approx((29.5 / 100, 30.5 / 100))
+    # three phases: the other two together may have one particle more or less
+    low, high = mean_range(np.array([0.0, 1.0, 0.0]), np.array([30, 30, 40]), np.full(3, 0.5))
+    assert (low, high) == pytest.approx((29.5 / 100.5, 30.5 / 99.5))
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.1, 3), st.integers(0, 50), st.floats(0, 2)), min_size=1, max_size=5).filter(
+        lambda groups: all(count > slack for _, count, slack in groups[:1])
+    )
+)
+def test_range_of_a_mean_is_that_of_all_corners(groups):
+    values, counts, slack = (np.array(column, dtype=float) for column in zip(*groups, strict=True))
+    ends = zip(np.maximum(counts - slack, 0), counts + slack, strict=True)
+    means = [np.dot(corner, values) / np.sum(corner) for corner in itertools.product(*ends)]
+    assert mean_range(values, counts, slack) == pytest.approx((min(means), max(means)), rel=1e-9)
+
+
+def test_rounding_that_types_allow():
+    """One size class takes the rounding of its phase; of k classes each has up to 1 - 1/k of a particle more."""
+    np.testing.assert_allclose(class_slack(np.array([1, 2, 2, 3, 3, 3])), [0.5, 1, 1, 7 / 6, 7 / 6, 7 / 6])
+
+
+@given(st.floats(20, 2000), st.floats(20, 2000))
+def test_slurries_of_one_recipe_have_one_composition(mass_pg, training_mass_pg):
+    """However their whole particles round it, down to a handful of them; types that are missing in one too."""
+    found = coverage(slurry(mass_pg), [slurry(training_mass_pg)])
+    assert not any(
+        found[name].outside for name in ("fraction_BDPD", "fraction_NiO", "mean_radius_um", "thickness_ratio")
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "outside"),
+    [
+        ({"mass_fraction": 0.16}, {"fraction_BDPD", "fraction_NiO", "mean_radius_um"}),
+        ({"size_classes": [{"diameter_um": 1.3, "number_fraction": 1.0}]}, {"fraction_BDPD", "fraction_NiO"}),
+    ],
+)
+def test_another_recipe_is_outside(other, outside):
+    phases = {"BDPD": PHASES["BDPD"] | other, "NiO": PHASES["NiO"]}
+    if "mass_fraction" in other:
+        phases["NiO"] = PHASES["NiO"] | {"mass_fraction": 1 - other["mass_fraction"]}
+    own = slurry(2000.0, phases=phases)
+    training = [slurry(2000.0), slurry(1000.0)]
+    found = coverage(own, training)
+    assert outside <= {name for name, values in found.items() if values.outside}
+
+
+def test_exact_quantities_are_outside_by_the_last_digit():
+    edge_um = np.nextafter(3.0, 4.0)
+    training = [slurry(500.0), slurry(300.0)]
+    assert not any(values.outside for values in coverage(slurry(500.0), training).values())
+    found = coverage(slurry(500.0, (3.0, 3.0, np.nextafter(6.0, 7.0))), training)
+    assert {name for name, values in found.items() if values.outside} <= {"longest_edge_um", "density_g_cm3"}
+    assert found["longest_edge_um"].outside
+    assert coverage(slurry(500.0, (edge_um, edge_um, 6.0)), training)["shortest_edge_um"].outside
+
+
+def test_size_and_shape_outside():
+    training = [slurry(300.0), slurry(500.0, (3.0, 3.0, 3.6))]
+    found = coverage(slurry(700.0, (3.0, 3.0, 7.5)), training)
+    assert found["particles"].outside
+    assert found["particles"].value > found["particles"].training_max > found["particles"].training_min
+    assert (found["thickness_ratio"].training_min, found["thickness_ratio"].training_max) == pytest.approx((1.2, 2))
+    assert found["thickness_ratio"].outside
+    assert found["longest_edge_um"].outside
+
+
+@pytest.mark.parametrize(("factor", "outside"), [(1 + RATIO_TOLERANCE, False), (1 + 4 * RATIO_TOLERANCE, True)])
+def test_rounding_of_the_thickness_ratio(factor, outside):
+    assert coverage(slurry(500.0, (3.0, 3.0, 6.0 * factor)), [slurry(500.0)])["thickness_ratio"].outside == outside
+
+
+def test_ranges_that_touch_are_inside():
+    training = [Value(1.0, 0.9, 1.1), Value(2.0, 1.8, 2.2)]
+    for value, outside in (
+        (Value(0.85, 0.8, 0.9), False),
+        (Value(0.85, 0.8, 0.899), True),
+        (Value(1.5, 1.5, 1.5), False),
+        (Value(2.3, 2.2, 2.4), False),
+        (Value(2.3, 2.21, 2.4), True),
+    ):
+        found = covered(value, training)
+        assert (found.value, found.training_min, found.training_max) == (value.value, 1.0, 2.0)
+        assert found.outside == outside
+
+
+def test_mean_radius_counts_a_type_that_is_missing():
+    """One particle in ten would be of the third class: a slurry of two particles has none of it."""
+    types = types_of([recipe(2000.0)])
+    few = recipe(8.0)
+    assert len(types) == 4 > len(np.unique(few.type))
+    value = mean_radius_um(few, types)
+    assert value.value == pytest.approx(few.radius_um.mean())
+    assert value.low < value.value < value.high
+
+
+@pytest.fixture
+def frames_of(tmp_path):
+    """Write frame 10 of a slurry."""
+
+    def write(name: str, own: State, number: int = 10):
+        path = tmp_path / f"{name}.h5"
+        nowhere = np.zeros((len(own.particles), 3))
+        frame = Frame(number, 500, 1.0, nowhere, nowhere, nowhere[:, 0], -own.edges_um / 2, own.edges_um)
+        write_frames(path, own.particles, [frame], {"slurry": name})
+        return path
+
+    return write
+
+
+def test_script_writes_the_table(frames_of, command, tmp_path):
+    training = [frames_of("T1", slurry(300.0)), frames_of("T2", slurry(500.0, (3.0, 3.0, 7.0)))]
+    predicted = [frames_of("V1", slurry(300.0)), frames_of("007", slurry(700.0, (3.0, 3.0, 6.5)))]
+    table, cost = tmp_path / "coverage.csv", tmp_path / "cost.json"
+    words = command(
+        "check_coverage",
+        training=training,
+        predicted=predicted,
+        roles=["validation", "test"],
+        last_input_frame=10,
+        table=table,
+        cost=cost,
+    )
+    said = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+    assert said == "[007] outside what training covered: particles, density_g_cm3\n"
+    rows = read_table(table)
+    assert list(rows.columns) == ["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"]
+    assert list(zip(rows.slurry, rows.role, strict=True)) == [("V1", "validation")] * 8 + [("007", "test")] * 8
+    assert set(rows.outside[rows.slurry == "V1"]) == {"no"}
+    own = rows[rows.slurry == "007"].set_index("quantity")
+    assert set(own.index[own.outside == "yes"]) == {"particles", "density_g_cm3"}
+    counts = [len(recipe(mass_pg)) for mass_pg in (700.0, 300.0, 500.0)]
+    assert own.loc["particles", ["value", "training_min", "training_max"]].tolist() == counts
+    assert own.loc["longest_edge_um", ["value", "training_min", "training_max"]].tolist() == [6.5, 6, 7]
+    assert read_cost(cost).stage == "check_coverage"
+
+
+def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):
+    options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10}
+    options |= {"table": tmp_path / "coverage.csv", "cost": tmp_path / "cost.json"}
+
+    def error(path, **changes) -> str:
+        words = command("check_coverage", predicted=path, **{**options, "roles": "test", **changes})
+        return subprocess.run(words, capture_output=True, text=True).stderr
+
+    other = frames_of("1", slurry(300.0, phases={"Ni": PHASES["BDPD"], "NiO": PHASES["NiO"]}))
+    assert error(other) == f"error: {other}: has other phases than {options['training']}\n"
+    late = frames_of("2", slurry(300.0), number=11)
+    assert error(late) == f"error: {late}: frame 10 is not in the file, which holds frames 11 to 11\n"
+    assert error(late, roles=["test", "new"]).endswith("1 --predicted but 2 --roles: one each is needed\n")
+    assert not (tmp_path / "coverage.csv").exists()
+
+
+def test_table_reads_back_as_it_was_compared(frames_of, command, tmp_path):
+    """9 digits in the table do not decide what is outside: the numbers are compared before."""
+    path = frames_of("T1", slurry(300.0))
+    options = {"training": path, "predicted": path, "roles": "new", "last_input_frame": 10}
+    subprocess.run(command("check_coverage", **options, table=tmp_path / "a.csv", cost=tmp_path / "c.json"), check=True)
+    rows = read_table(tmp_path / "a.csv")
+    assert set(rows.outside) == {"no"}
+    pd.testing.assert_series_equal(rows.value, rows.training_min, check_names=False)
