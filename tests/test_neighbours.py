@@ -25,6 +25,7 @@ SETTINGS = {
     "vectors": 4,
     "cutoff_um": 1.6,
     "shift_frames": 1,
+    "waypoints": [1],
     "input_frames": [8, 9, 10],
     "target_frame": 120,
     "threads": 1,
@@ -289,9 +290,38 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
 def test_windows_of_input_frames_lie_in_the_run():
     assert neighbours.windows([7, 8, 9, 10], 1, 120) == [[6, 7, 8, 9], [7, 8, 9, 10], [8, 9, 10, 11]]
     assert neighbours.windows([0, 1, 2], 2, 4) == [[0, 1, 2], [1, 2, 3]]
-    settings = {"input_frames": [8, 9, 10], "shift_frames": 2, "target_frame": 120}
-    assert neighbours.needed_frames(settings) == [6, 7, 8, 9, 10, 11, 12, 120]
-    assert neighbours.needed_frames(settings, moved=False) == [8, 9, 10, 120]
+    settings = {"input_frames": [8, 9, 10], "shift_frames": 2, "target_frame": 120, "waypoints": [20, 110], "layers": 3}
+    assert neighbours.needed_frames(settings) == [6, 7, 8, 9, 10, 11, 12, 30, 120]
+    assert neighbours.needed_frames(settings, moved=False) == [8, 9, 10, 30, 120]
+
+
+def test_waypoints_are_for_the_last_layers():
+    settings = {"input_frames": [8, 9, 10], "target_frame": 120, "waypoints": [4, 20, 110], "layers": 3}
+    assert neighbours.stages(settings) == [14, 30, 120]  # frame 120 is the end already
+    assert neighbours.stages({**settings, "layers": 2}) == [30, 120]
+    assert neighbours.stages({**settings, "layers": 1}) == [120]
+
+
+def test_layers_are_asked_for_where_particles_are_on_the_way():
+    """The last estimate is the answer, and the targets are places in the final box."""
+    from slurrycast.surrogates import neighbour_network
+
+    seen = trajectory("T1", 1)
+    own = neighbours.lesson(seen, [8, 9, 10], SETTINGS)
+    assert own.moved_um.shape == (2, 60, 3)
+    for moved_um, number in zip(own.moved_um, (11, 120), strict=True):
+        there_um = seen.frames[number].position_um / seen.frames[number].edges_um * EDGES_UM
+        expected = there_um - own.seen.affine_um
+        np.testing.assert_allclose(moved_um, expected - expected.mean(axis=0), atol=1e-6)
+    network = neighbour_network.build(11, 2, 3, 8, 4, 1.6, "net")
+    for weights in network.weights:
+        weights.assign(np.random.default_rng(0).normal(0, 0.3, weights.shape))
+    inputs = [getattr(own.seen, name) for name in neighbours.INPUTS]
+    moved_um, log_variance = network(inputs)
+    both_um, same = neighbour_network.by_layer(network, 2)(inputs)
+    np.testing.assert_allclose(both_um[-1], moved_um, atol=1e-6)
+    np.testing.assert_allclose(same, log_variance, atol=1e-6)
+    assert np.abs(both_um[0] - both_um[1]).max() > 1e-3
 
 
 def test_without_validation_slurries_their_columns_are_empty(tmp_path):

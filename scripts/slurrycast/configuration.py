@@ -428,6 +428,16 @@ def _labels(config: Mapping, _) -> Iterator[str]:
             yield f"report.pictures: {_shown(text)}: must be one of surrogate.names, {', '.join(names)}"
 
 
+def _waypoints(config: Mapping, _) -> Iterator[str]:
+    settings = config["surrogate"]["neighbours"]
+    waypoints, layers = settings["waypoints"], settings["layers"]
+    key = f"surrogate.neighbours.waypoints = {_shown(waypoints)}"
+    if any(a >= b for a, b in itertools.pairwise(waypoints)):
+        yield f"{key}: must be strictly increasing"
+    if len(waypoints) >= layers:
+        yield f"{key}: must be at most {layers - 1}, one for each of surrogate.neighbours.layers but the last"
+
+
 def _model(config: Mapping, _) -> Iterator[str]:
     names, model = config["surrogate"]["names"], config["surrogate"]["model"]
     if model is None:
@@ -524,6 +534,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_roles, "slurries surrogate.model"),
     (
         _labels,
+        _waypoints,
         "surrogate.names yardsticks.surrogates report.pictures learning.input_frames learning.target_frame "
         "dem.restart_frames",
     ),

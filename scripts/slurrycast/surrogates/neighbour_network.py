@@ -143,6 +143,12 @@ def build(
     return keras.Model(inputs, [moved_um, log_variance], name=name)
 
 
+def by_layer(network: keras.Model, n_stages: int) -> keras.Model:
+    """The same network with the estimates after each of its last layers (`n_stages`, n, 3) in place of the last one."""
+    moves = [layer.output[2] for layer in network.layers if isinstance(layer, Interaction)]
+    return keras.Model(network.inputs, [keras.ops.stack(moves[-n_stages:]), network.outputs[1]])
+
+
 def joined(members: Sequence[keras.Model]) -> keras.Model:
     """All members as one model, with displacements (n, 3) -> (n, members, 3) and log variances (n, members, 1)."""
     inputs = [keras.Input(i.shape[1:], dtype=i.dtype, name=i.name) for i in members[0].inputs]

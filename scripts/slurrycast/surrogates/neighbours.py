@@ -2,12 +2,14 @@
 
 A particle of the affine prediction (the last input frame in the final box) hears from all within `cutoff_um` of it, by
 the nearest periodic image. Nodes know phase, radius, contacts in the input frames, by how far they left the affine map
-from each input frame to the next, and how much the box has still to shrink; edges know distance, gap and the relative
-motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its variance.
+from each input frame to the next, how much the box has still to shrink and how fast it does; edges know distance, gap
+and the relative motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its variance.
 Absolute places never enter.
 
 It learns from whole slurries, from their input frames and from the same number of frames that end up to `shift_frames`
-earlier or later, one of these at random in each epoch: the same way to the same end, seen from other places on it.
+earlier or later, one of these at random in each epoch: the same way to the same end, seen from other places on it. Each
+layer but the last is also asked where the particles are at a frame on that way, `waypoints` after the last input frame:
+a deep network finds the whole way from its end alone only slowly.
 
 `members` networks with seeds of their own are trained one after the other and stored as one. The prediction is their
 mean; its spread per coordinate is made of the variance that they expect and of that between them.
@@ -55,7 +57,9 @@ VARIANT = None
 # be a name of each slurry, which a network learns by heart.
 TYPICAL_RADIUS_UM, RADIUS_RANGE_UM, TYPICAL_CONTACTS, TYPICAL_STEP_UM = 0.4, 0.2, 4.0, 0.05
 WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
+TYPICAL_SHRINKAGE = 0.1  # of the logarithm of the volume from one frame to the next
 GRADIENT_NORM = 1.0
+WAYPOINT_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
 DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
 INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
 
@@ -69,7 +73,7 @@ def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]
 class Graph:
     """A slurry as the network sees it, n particles and m directed pairs.
 
-    scalars (n, phases + 2 frames + 1) and past (n, 3, frames - 1), displacements beyond the affine map, in typical
+    scalars (n, phases + 2 frames + 2) and past (n, 3, frames - 1), displacements beyond the affine map, in typical
     values; radius_um (n,); receivers and senders (m,), sorted by receiver; separation_um (m, 3) from receiver to
     sender; affine_um (n, 3), the affine prediction.
     """
@@ -117,12 +121,14 @@ def graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndar
     past_um = np.diff(affine_um, axis=1)
     past_um -= past_um.mean(axis=0)
     receivers, senders, separation_um = neighbour_pairs(affine_um[:, -1], final_edges_um, cutoff_um)
+    log_volumes = [np.log(edges_um).sum() for edges_um in (frames[-2].edges_um, frames[-1].edges_um, final_edges_um)]
+    shrinkage = [log_volumes[2] - log_volumes[1], (log_volumes[0] - log_volumes[1]) / TYPICAL_SHRINKAGE]
     scalars = [
         np.eye(len(particles.phase_names))[particles.phase - 1],
         (particles.radius_um[:, None] - TYPICAL_RADIUS_UM) / RADIUS_RANGE_UM,
         np.stack([frame.coordination for frame in frames], axis=1) / TYPICAL_CONTACTS,
         np.linalg.norm(past_um, axis=2) / TYPICAL_STEP_UM,
-        np.full((len(particles), 1), np.log(final_edges_um / frames[-1].edges_um).sum()),
+        np.broadcast_to(shrinkage, (len(particles), 2)),
     ]
     return Graph(
         scalars=np.concatenate(scalars, axis=1).astype(np.float32),
@@ -137,7 +143,10 @@ def graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndar
 
 @dataclass(frozen=True)
 class Lesson:
-    """A slurry to learn from: its graph, and by how much (n, 3) in um it has to be moved."""
+    """A slurry to learn from: its graph, and by how much it has to be moved, (stages, n, 3) in um.
+
+    The last stage is the end, those before are waypoints.
+    """
 
     seen: Graph
     moved_um: np.ndarray
@@ -153,19 +162,28 @@ def windows(input_frames: Sequence[int], shift_frames: int, target_frame: int) -
     return [frames for frames in moved if frames[0] >= 0 and frames[-1] < target_frame]
 
 
+def stages(settings: Mapping) -> list[int]:
+    """Frames of the waypoints that lie before the target, and the target; one for each of the last layers."""
+    last, target = settings["input_frames"][-1], settings["target_frame"]
+    on_the_way = [last + after for after in settings["waypoints"] if last + after < target]
+    return [*on_the_way, target][-settings["layers"] :]
+
+
 def needed_frames(settings: Mapping, *, moved: bool = True) -> list[int]:
     """Numbers of all frames that learning reads, or testing where the input frames are not moved."""
     shift, target = settings["shift_frames"] if moved else 0, settings["target_frame"]
-    return sorted({target, *(k for frames in windows(settings["input_frames"], shift, target) for k in frames)})
+    inputs = (k for frames in windows(settings["input_frames"], shift, target) for k in frames)
+    return sorted({*stages(settings), *inputs})
 
 
 def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Lesson:
     """What is to be learned from a slurry when these are its input frames, in its true final box."""
-    target = trajectory.frames[settings["target_frame"]]
+    ends = [trajectory.frames[k] for k in stages(settings)]
     frames = [trajectory.frames[k] for k in input_frames]
-    seen = graph(trajectory.particles, frames, target.edges_um, settings["cutoff_um"])
-    moved_um = target.position_um - seen.affine_um
-    moved_um -= moved_um.mean(axis=0)  # a common shift has no meaning in a periodic box
+    final_edges_um = ends[-1].edges_um
+    seen = graph(trajectory.particles, frames, final_edges_um, settings["cutoff_um"])
+    moved_um = np.stack([scaled_places(end) * final_edges_um - seen.affine_um for end in ends])
+    moved_um -= moved_um.mean(axis=1, keepdims=True)  # a common shift has no meaning in a periodic box
     return Lesson(seen, moved_um.astype(np.float32))
 
 
@@ -220,19 +238,24 @@ def _train_member(
     def answer(*inputs):
         return network(list(inputs), training=False)
 
-    @tf.function(input_signature=[tf.TensorSpec((None, 3)), *signature])
-    def step(target_um, *inputs):
+    n_stages = len(lessons[0][0].moved_um)
+    by_layer = neighbour_network.by_layer(network, n_stages)
+
+    @tf.function(input_signature=[tf.TensorSpec((n_stages, None, 3)), *signature])
+    def step(targets_um, *inputs):
         with tf.GradientTape() as tape:
-            moved_um, log_variance = network(list(inputs), training=True)
-            error_um = moved_um - target_um
-            loss = tf.reduce_mean(error_um**2)
-            doubt = tf.reduce_mean(log_variance + tf.stop_gradient(error_um) ** 2 * tf.exp(-log_variance))
-            total = loss + DOUBT_WEIGHT * doubt
+            moved_um, log_variance = by_layer(list(inputs), training=True)
+            errors_um = moved_um - targets_um
+            loss = tf.reduce_mean(errors_um[-1] ** 2)
+            on_the_way = tf.reduce_sum(tf.reduce_mean(errors_um[:-1] ** 2, axis=(1, 2)))
+            error_um = tf.stop_gradient(errors_um[-1])
+            doubt = tf.reduce_mean(log_variance + error_um**2 * tf.exp(-log_variance))
+            total = loss + WAYPOINT_WEIGHT * on_the_way + DOUBT_WEIGHT * doubt
         gradients = tape.gradient(total, network.trainable_variables)
         optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
-        return loss, tf.reduce_mean(tf.abs(error_um))
+        return loss, tf.reduce_mean(tf.abs(errors_um[-1]))
 
-    sizes = [len(own[0].moved_um) for own in lessons]
+    sizes = [len(own[0].seen.radius_um) for own in lessons]
     n_steps, start, first = epochs * len(lessons), time.monotonic(), len(progress.history)
     for epoch in range(first + 1, epochs + 1):
         draw = np.random.default_rng((seed, epoch))
@@ -242,7 +265,7 @@ def _train_member(
             share = ((epoch - 1) * len(lessons) + place) / n_steps
             optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
             losses[k] = step(tf.constant(drawn.moved_um), *_inputs(drawn.seen))
-        errors_um = [(answer(*_inputs(test.seen))[0] - test.moved_um).numpy() for test in tests]
+        errors_um = [(answer(*_inputs(test.seen))[0] - test.moved_um[-1]).numpy() for test in tests]
         # each slurry counts as much, so that the largest does not decide alone
         of_tests = [[np.mean(own**2), np.mean(abs(own))] for own in errors_um] or [[np.nan, np.nan]]
         row = np.array([*np.average(losses, axis=0, weights=sizes), *np.mean(of_tests, axis=0)])
@@ -280,8 +303,8 @@ def fit(
     Mean squared error of the displacement, one slurry a step, in float32; the expected variance learns beside it, by
     its likelihood. The weights are those of the last epoch, at which the learning rate has come to nothing: the
     `validation` slurries are looked at, not chosen by. Without any, their columns of history.csv are empty. `settings`:
-    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, shift_frames, input_frames,
-    target_frame, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
+    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, shift_frames, waypoints,
+    input_frames, target_frame, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
     `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
     break. InputError for a cutoff above half a box edge, RunError if the loss is not finite.
     """
@@ -333,7 +356,7 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
         n_scalars, n_past = model.inputs[0].shape[1], model.inputs[1].shape[2]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
-    n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 1
+    n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 2
     if n_past != n_frames - 1:
         raise InputError(f"{model_path}: was trained on {n_past + 1} input frames, asked with {n_frames}")
     if n_phases != len(question.particles.phase_names):
