@@ -42,36 +42,34 @@ rule measure_equilibrium:
         " 2>&1 | tee {log:q}"
 
 
-if TRAINING:
-
-    rule check_coverage:
-        input:
-            script="scripts/check_coverage.py",
-            modules=modules("scripts/check_coverage.py"),
-            training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
-            predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
-        output:
-            table=report(
-                f"{RESULTS}/tables/coverage.csv",
-                caption="../report/coverage.rst",
-                category="Tables",
-                labels={"table": "training range"},
-            ),
-            cost=f"{RESULTS}/costs/check_coverage.json",
-        log:
-            f"{RESULTS}/logs/check_coverage.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/check_coverage.tsv"
-        conda:
-            "../../envs/analysis.yaml"
-        params:
-            roles=[SLURRIES[slurry].role for slurry in PREDICTED],
-            last_input_frame=max(INPUT_FRAMES),
-        shell:
-            "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q}"
-            " --roles {params.roles:q} --last-input-frame {params.last_input_frame}"
-            " --table {output.table:q} --cost {output.cost:q}"
-            " 2>&1 | tee {log:q}"
+rule check_coverage:  # asked for only where there are training slurries
+    input:
+        script="scripts/check_coverage.py",
+        modules=modules("scripts/check_coverage.py"),
+        training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+        predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
+    output:
+        table=report(
+            f"{RESULTS}/tables/coverage.csv",
+            caption="../report/coverage.rst",
+            category="Tables",
+            labels={"table": "training range"},
+        ),
+        cost=f"{RESULTS}/costs/check_coverage.json",
+    log:
+        f"{RESULTS}/logs/check_coverage.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/check_coverage.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        roles=[SLURRIES[slurry].role for slurry in PREDICTED],
+        last_input_frame=max(INPUT_FRAMES),
+    shell:
+        "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q}"
+        " --roles {params.roles:q} --last-input-frame {params.last_input_frame}"
+        " --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
 
 
 rule measure_density:
