@@ -80,8 +80,8 @@ class Interaction(layers.Layer):
             [
                 tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
                 tf.exp(-(((gap_um - GAPS_UM) / GAP_WIDTH_UM) ** 2)),
-                tf.einsum("ma,mac->mc", direction, own),
-                tf.einsum("ma,mac->mc", direction, theirs),
+                tf.reduce_sum(direction[:, :, None] * own, axis=1),
+                tf.reduce_sum(direction[:, :, None] * theirs, axis=1),
                 distance_um,
                 gap_um,
             ],

@@ -3,8 +3,8 @@
 A particle of the affine prediction (the last input frame in the final box) hears from all within `cutoff_um` of it, by
 the nearest periodic image. Nodes know phase, radius, contacts in the input frames, by how far they left the affine map
 from each input frame to the next, how much the box has still to shrink and how fast it does; edges know distance, gap
-and the relative motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its variance.
-Absolute places never enter.
+and the relative motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its
+variance. Absolute places never enter.
 
 It learns from whole slurries, from their input frames and from the same number of frames that end up to `shift_frames`
 earlier or later, one of these at random in each epoch: the same way to the same end, seen from other places on it. Each
