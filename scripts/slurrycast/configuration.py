@@ -534,10 +534,10 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_roles, "slurries surrogate.model"),
     (
         _labels,
-        _waypoints,
         "surrogate.names yardsticks.surrogates report.pictures learning.input_frames learning.target_frame "
         "dem.restart_frames",
     ),
+    (_waypoints, "surrogate.neighbours"),
     (_model, "surrogate.names surrogate.model surrogate.packing_fraction"),
     (_model_of_this_run, "run surrogate.model"),
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
