@@ -340,6 +340,27 @@ def fit(
     return earlier
 
 
+def _answers(model: "keras.Model", seen: Graph) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, members, 3) in um and logarithms of variances (n, members, 1) of all members.
+
+    One after the other, since each needs a GB for 15000 particles, and all by one traced graph of operations, which
+    takes seconds to make and, other than the layers called one by one, forgets what it needs no more.
+    """
+    import keras
+    import tensorflow as tf
+
+    members = [layer for layer in model.layers if isinstance(layer, keras.Model)]
+    network = members[0]
+    own = [[weight.numpy() for weight in member.weights] for member in members]
+    answer = tf.function(lambda *inputs: network(list(inputs), training=False), input_signature=_signature(network))
+    inputs, answers = _inputs(seen), []
+    for weights in own:
+        for weight, value in zip(network.weights, weights, strict=True):
+            weight.assign(value)
+        answers.append([output.numpy().astype(float) for output in answer(*inputs)])
+    return tuple(np.stack(outputs, axis=1) for outputs in zip(*answers, strict=True))
+
+
 def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
     """Final unwrapped coordinates in um, in the final box of the question, and their spread (n, 3).
 
@@ -347,7 +368,6 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
     """
     start_keras()
     import keras
-    import tensorflow as tf
 
     from slurrycast.surrogates import neighbour_network  # noqa: F401 - registers its layers
 
@@ -363,8 +383,6 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
         known = len(question.particles.phase_names)
         raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {question.slurry} has {known}")
     seen = graph(question.particles, question.frames, question.final_edges_um, settings["cutoff_um"])
-    # as a graph of operations, which forgets what it needs no more: half a million pairs are a GB a layer
-    answer = tf.function(lambda *inputs: model(list(inputs), training=False), input_signature=_signature(model))
-    moved_um, log_variance = (output.numpy().astype(float) for output in answer(*_inputs(seen)))
+    moved_um, log_variance = _answers(model, seen)
     variance_um2 = np.exp(log_variance).mean(axis=1) + moved_um.var(axis=1)
     return Prediction(seen.affine_um + moved_um.mean(axis=1), spread_um=np.sqrt(variance_um2))
