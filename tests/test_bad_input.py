@@ -553,13 +553,31 @@ BAD_VALUES = {
         ),
         (
             "surrogate.names",
-            ["vgg16", "affine_f11"],
-            'surrogate.names: "affine_f11": its last input frame must be 1 to 10, the last input frame',
+            ["vgg16", "affine_f120"],
+            'surrogate.names: "affine_f120": its last input frame must be 1 to 119, before the target frame',
         ),
         (
             "surrogate.names",
             ["vgg16", "affine_f00"],
-            'surrogate.names: "affine_f00": its last input frame must be 1 to 10, the last input frame',
+            'surrogate.names: "affine_f00": its last input frame must be 1 to 119, before the target frame',
+        ),
+        (
+            "surrogate.neighbours.waypoints",
+            [4, 4],
+            "surrogate.neighbours.waypoints = [4, 4]: must be a list of whole numbers of at least 1, each once",
+        ),
+        (
+            "surrogate.neighbours.waypoints",
+            [6, 4],
+            "surrogate.neighbours.waypoints = [6, 4]: must be strictly increasing",
+        ),
+        (
+            "surrogate.neighbours.layers",
+            3,
+            (
+                "surrogate.neighbours.waypoints = [4, 6, 8, 11, 16, 25]: must be at most 2, one for each of "
+                "surrogate.neighbours.layers but the last"
+            ),
         ),
         (
             "surrogate.names",
