@@ -25,7 +25,7 @@ if TRAINING_NEEDED:
             f"{RESULTS}/logs/train_surrogate/{{surrogate}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/train_surrogate/{{surrogate}}.tsv"
-        priority: 1000  # the longest job: everything else goes on beside it
+        priority: 3000  # the longest job: everything else goes on beside it, the DEM of held-out slurries too
         conda:
             "../../envs/learning.yaml"
         threads: lambda wildcards: config["surrogate"][LABELS[wildcards.surrogate].name]["threads"]
