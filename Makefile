@@ -35,24 +35,26 @@ lint: .venv/installed-test
 	done
 
 # The tracked copy of a run with its yardsticks: tables, learning curves, effective configuration, versions, the figures that
-# the README shows or is read with, and one slurry's last input and target frame, from which a test recomputes a figure.
+# the README shows or is read with, and one slurry's last input and target frame, from which a test recomputes a figure
+# (none with SLURRY=).
 RUN ?= reduced
 FROM := results/$(RUN)
 REFERENCE := results/reference/$(RUN)
 SLURRY := 2
+FIGURES := workflow densification learning_curves_vgg16 coordinates_6 density rdf costs slurry_vgg16_4 skill structure front \
+	relaxation uncertainty
 reference:
 	rm -rf $(REFERENCE)
-	mkdir -p $(REFERENCE)/figures $(REFERENCE)/frames
+	mkdir -p $(REFERENCE)/figures
 	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
 	rm -rf $(REFERENCE)/tables/.checksums
 	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
-	for model in vgg16 vgg16_box; do \
-		mkdir -p $(REFERENCE)/models/$$model; cp $(FROM)/models/$$model/history.csv $(REFERENCE)/models/$$model; done
-	cd $(FROM)/figures && cp workflow.png densification.png learning_curves_vgg16.png coordinates_6.png density.png rdf.png \
-		costs.png slurry_vgg16_4.png skill.png structure.png front.png ../../reference/$(RUN)/figures
-	PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
-		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'
-	rm -rf $(REFERENCE)/frames/.checksums
+	cd $(FROM) && for file in models/*/history.csv models/*/calibration.json $(FIGURES:%=figures/%.png); do \
+		if [ -f $$file ]; then mkdir -p ../../$(REFERENCE)/$$(dirname $$file); cp $$file ../../$(REFERENCE)/$$file; fi; done
+	if [ -n "$(SLURRY)" ]; then mkdir -p $(REFERENCE)/frames; \
+		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
+		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'; \
+		rm -rf $(REFERENCE)/frames/.checksums; fi
 
 .venv/installed: envs/requirements.txt envs/constraints.txt
 	@command -v $(PYTHON) >/dev/null || { \
