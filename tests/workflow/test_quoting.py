@@ -21,7 +21,7 @@ def project(tmp_path_factory):
     """A checkout with a slurry table and a model, all under names that a shell would run."""
     folder = copy_checkout(tmp_path_factory.mktemp("folder") / "a pröject's $(touch x); touch x")
     shutil.copy(folder / "config" / "slurries_tiny.tsv", folder / f"{TEXT}.tsv")
-    layer = {"config": {"batch_shape": [None, 4, 6]}}
+    layer = {"class_name": "InputLayer", "config": {"name": "features", "batch_shape": [None, 4, 6]}}
     with zipfile.ZipFile(folder / f"{MODEL}.keras", "w") as archive:
         archive.writestr("config.json", json.dumps({"config": {"layers": [layer]}}))
     return folder
