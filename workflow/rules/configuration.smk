@@ -192,6 +192,12 @@ def training_minutes(wildcards, attempt):
     return 10 + attempt * int(updates / 60)
 
 
+def training_mb(wildcards, attempt):
+    """Memory of a training in MB: of a whole slurry and its neighbours in each layer, where one is learned at a time."""
+    largest = max(map(particles, TRAINING)) if learns_from_frames(wildcards) else 0
+    return attempt * (4000 + 7 * largest // 10)
+
+
 def goes_on(wildcards):
     """Whether the surrogate goes on with the DEM."""
     return MODULES[wildcards.surrogate].CONTINUES_DEM

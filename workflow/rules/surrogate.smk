@@ -30,7 +30,7 @@ if TRAINING_NEEDED:
             "../../envs/learning.yaml"
         threads: lambda wildcards: config["surrogate"][LABELS[wildcards.surrogate].name]["threads"]
         resources:
-            mem_mb=lambda wildcards, attempt: attempt * 4000,
+            mem_mb=training_mb,
             runtime=training_minutes,
         params:
             settings=surrogate_settings,
