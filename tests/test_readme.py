@@ -235,3 +235,63 @@ def test_sentences_on_the_results(root, reference):
         for slurry, hybrid in study.HYBRID_STRUCTURE.items()
     ]
     assert f"reports {100 * sum(theirs) / len(theirs):.1f} % on average and {100 * max(theirs):.0f} %" in text
+
+
+def neighbours_lines(folder: Path) -> list[str]:
+    """What a run says of `neighbours` on its test slurries, in the words of docs/neighbours.md."""
+    names = ("skill", "structure_errors", "front", "uncertainty", "cost", "relaxation")
+    tables = {name: read_table(folder / "tables" / f"{name}.csv") for name in names}
+    roles = read_equilibrium(folder / "tables" / "equilibrium.csv").set_index("slurry").role
+    test = list(roles.index[roles == "test"])
+    skill = tables["skill"].pivot(index="slurry", columns="surrogate", values="skill").loc[test]
+    error = tables["skill"].pivot(index="slurry", columns="surrogate", values="mse_um2").loc[test]
+    share = tables["front"].pivot(index="slurry", columns="surrogate", values="cost_share_of_full_dem").loc[test].mean()
+    ratio = error.neighbours / error.affine
+    own = skill.neighbours
+    lines = [
+        f"skill of {own.mean():.2f} on average, {own.min():.2f} to {own.max():.2f}",
+        f"MSE {ratio.min():.2f} to {ratio.max():.2f} of the affine map's",
+    ]
+    for label in skill.columns:
+        lines.append(f"| `{label}` | {error[label].mean():.3f} | {skill[label].mean():.2f} | {share[label]:.1%} |")
+    relaxed = tables["structure_errors"].query("stage == 'relaxed' and surrogate == 'neighbours'").set_index("slurry")
+    density = relaxed[relaxed.quantity == "density_g_cm3"].loc[test]
+    rdf = relaxed[relaxed.quantity == "rdf_all"].loc[test]
+    off, spreads = abs(density.value / density.dem_value - 1), rdf.value / rdf.replica_sd
+    in_band = (abs(density.value - density.dem_value) <= 2 * density.replica_sd).sum()
+    lines += [
+        f"density within {off.max():.2%} of the DEM's after relaxation ({off.mean():.2%} on average)",
+        f"within two sd of the replicas on {in_band} of {len(test)} slurries",
+        f"RDF within {spreads.max():.2f} of the replicas' spread",
+    ]
+    sure = tables["uncertainty"].query("surrogate == 'neighbours'")
+    sure = sure[sure.slurry.isin(test)]
+    for level in (0.5, 0.9):
+        covered = sure[abs(sure.level - level) < 1e-9].coverage
+        lines.append(f"{level:.0%} intervals cover {covered.min():.1%} to {covered.max():.1%}")
+    ranks = sure.rank_correlation
+    lines.append(f"rank correlation of {ranks.min():.2f} to {ranks.max():.2f}")
+    cost = tables["cost"]
+    trained = cost[cost.stage == "run_slurry"].set_index("slurry").cpu_s[list(roles.index[roles == "train"])]
+    (training_s,) = cost[(cost.stage == "train_surrogate") & (cost.surrogate == "neighbours")].cpu_s
+    lines.append(f"{len(trained)} slurries, whose DEM took {trained.sum() / 60:.0f} min of CPU time")
+    lines.append(f"training {training_s / 60:.0f} min")
+    return lines
+
+
+def test_neighbours(root, reference):
+    text = one_line(root / "docs" / "neighbours.md")
+    for line in neighbours_lines(reference / "small"):
+        assert line in text, line
+
+
+def test_neighbours_as_they_were_tried(root, reference):
+    text = (root / "docs" / "neighbours.md").read_text(encoding="utf-8")
+    for row in pd.read_csv(reference / "neighbours" / "tried.csv", dtype=str).itertuples():
+        number = row.number if pd.isna(row.more) else f"{row.number}, {row.more}"
+        epochs = row.epochs if row.epochs == row.of_epochs else f"{row.epochs} of {row.of_epochs}"
+        cells = [number, row.training_slurries, row.layers, row.vectors, row.cutoff_um, row.shift_frames, row.waypoints]
+        assert f"| {' | '.join([*cells, epochs, row.ratio_V1, row.ratio_V2, row.cpu_s])} |" in text
+    displaced = pd.read_csv(reference / "neighbours" / "displaced.csv", dtype={"displacement_um": str})
+    for row in displaced.itertuples():
+        assert f"| {row.displacement_um} | {row.mse_um2:.4f} | {row.mse_um2 / 0.0581:.0%} |".replace("%", " %") in text
