@@ -295,3 +295,15 @@ def test_neighbours_as_they_were_tried(root, reference):
     displaced = pd.read_csv(reference / "neighbours" / "displaced.csv", dtype={"displacement_um": str})
     for row in displaced.itertuples():
         assert f"| {row.displacement_um} | {row.mse_um2:.4f} | {row.mse_um2 / 0.0581:.0%} |".replace("%", " %") in text
+
+
+def demo_line(folder: Path) -> str:
+    """What one member does that learned from the eight slurries of the demo."""
+    errors = read_table(folder / "tables" / "coordinate_errors.csv").query("axis == 'all'")
+    errors = errors.pivot(index="slurry", columns="surrogate", values="mse_um2").loc[list("1234567")]
+    ratio = errors.neighbours / errors.affine
+    return f"{ratio.mean():.2f} of the affine map's MSE on average, {ratio.min():.2f} to {ratio.max():.2f}"
+
+
+def test_neighbours_of_the_demo(root, reference):
+    assert demo_line(reference / "start") in one_line(root / "docs" / "neighbours.md")
