@@ -49,8 +49,8 @@ reference:
 	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
 	rm -rf $(REFERENCE)/tables/.checksums
 	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
-	cd $(FROM) && for file in models/*/history.csv models/*/calibration.json $(FIGURES:%=figures/%.png); do \
-		if [ -f $$file ]; then mkdir -p ../../$(REFERENCE)/$$(dirname $$file); cp $$file ../../$(REFERENCE)/$$file; fi; done
+	for file in $$(cd $(FROM) && ls models/*/history.csv models/*/calibration.json $(FIGURES:%=figures/%.png) 2>/dev/null); do \
+		mkdir -p $(REFERENCE)/$$(dirname $$file); cp $(FROM)/$$file $(REFERENCE)/$$file; done
 	if [ -n "$(SLURRY)" ]; then mkdir -p $(REFERENCE)/frames; \
 		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
 		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'; \

@@ -254,16 +254,22 @@ def neighbours_lines(folder: Path) -> list[str]:
     ]
     for label in skill.columns:
         lines.append(f"| `{label}` | {error[label].mean():.3f} | {skill[label].mean():.2f} | {share[label]:.1%} |")
-    relaxed = tables["structure_errors"].query("stage == 'relaxed' and surrogate == 'neighbours'").set_index("slurry")
-    density = relaxed[relaxed.quantity == "density_g_cm3"].loc[test]
-    rdf = relaxed[relaxed.quantity == "rdf_all"].loc[test]
-    off, spreads = abs(density.value / density.dem_value - 1), rdf.value / rdf.replica_sd
-    in_band = (abs(density.value - density.dem_value) <= 2 * density.replica_sd).sum()
-    lines += [
-        f"density within {off.max():.2%} of the DEM's after relaxation ({off.mean():.2%} on average)",
-        f"within two sd of the replicas on {in_band} of {len(test)} slurries",
-        f"RDF within {spreads.max():.2f} of the replicas' spread",
-    ]
+    relaxed = tables["structure_errors"].query("stage == 'relaxed'")
+    for label in ("neighbours", "affine"):
+        of_label = relaxed[relaxed.surrogate == label].set_index("slurry")
+        density = of_label[of_label.quantity == "density_g_cm3"].loc[test]
+        rdf = of_label[of_label.quantity == "rdf_all"].loc[test]
+        off, spreads = abs(density.value / density.dem_value - 1), rdf.value / rdf.replica_sd
+        in_band = (abs(density.value - density.dem_value) <= 2 * density.replica_sd).sum()
+        lines += [
+            f"density within {off.max():.2%} of the DEM's ({off.mean():.2%} on average)",
+            f"within two sd of the replicas on {in_band} of {len(test)} slurries",
+            f"RDF within {spreads.max():.2f} of the replicas' spread",
+        ]
+    overlap = tables["relaxation"].groupby(["slurry", "surrogate"]).overlap_mean_predicted.first()
+    for slurry in ("V1", "V2"):
+        lines.append(f"{overlap[slurry, 'neighbours']:.1%} on {slurry} in place of {overlap[slurry, 'affine']:.1%}")
+    assert share["neighbours"] < share["affine_f24"] and share["neighbours"] > share["affine_f18"]
     sure = tables["uncertainty"].query("surrogate == 'neighbours'")
     sure = sure[sure.slurry.isin(test)]
     for level in (0.5, 0.9):
@@ -283,6 +289,17 @@ def test_neighbours(root, reference):
     text = one_line(root / "docs" / "neighbours.md")
     for line in neighbours_lines(reference / "small"):
         assert line in text, line
+
+
+def test_neighbours_in_the_readme(root, reference):
+    text = one_line(root / "README.md")
+    assert neighbours_lines(reference / "small")[0] in text
+    skill = read_table(reference / "small" / "tables" / "skill.csv")
+    means = skill[skill.slurry.isin(list("1234567"))].groupby("surrogate").skill.mean()
+    assert f"from frame 24 it reaches {means.affine_f24:.2f}" in text
+    assert abs(means.affine_f18 - means.neighbours) < 0.03
+    particles = pd.read_csv(reference / "small" / "tables" / "equilibrium.csv").query("role == 'train'").particles
+    assert f"{len(particles)} slurries of at most {particles.max():,} particles" in text
 
 
 def test_neighbours_as_they_were_tried(root, reference):
