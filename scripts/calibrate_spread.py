@@ -9,7 +9,7 @@ for the share `level` of coordinates), slurries, and the number of coordinates.
 import argparse
 from pathlib import Path
 
-from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.command_line import Parser, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.uncertainty import calibrate, read_judged
 
@@ -17,20 +17,11 @@ from slurrycast.uncertainty import calibrate, read_judged
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="+",
-        required=True,
-        help="in: DEM frames (HDF5), one for each --predicted, in order",
-    )
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_predictions(required=True)
     parser.add_argument("--calibration", type=Path, required=True, help="out: factors (JSON)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.predicted) != len(args.frames):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    parser.one_each(args, "predicted", "frames")
     return args
 
 

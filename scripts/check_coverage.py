@@ -43,8 +43,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--table", type=Path, required=True, help="out: table of slurries and quantities (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.roles) != len(args.predicted):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.roles)} --roles: one each is needed")
+    parser.one_each(args, "predicted", "roles")
     return args
 
 

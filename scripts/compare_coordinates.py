@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
+from slurrycast.command_line import Parser, run_main
 from slurrycast.costs import measured_cost
 from slurrycast.errors import AXES, coordinate_errors, true_box_errors
 from slurrycast.files import InputError, write_text
@@ -41,26 +41,11 @@ def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> lis
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--predicted",
-        type=input_file,
-        nargs="*",
-        default=[],
-        help="in: predicted structures (HDF5), none where all slurries are new",
-    )
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="*",
-        default=[],
-        help="in: DEM frames (HDF5), one for each --predicted, in order",
-    )
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_predictions(required=False)
     parser.add_argument("--table", type=Path, required=True, help="out: table of errors (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.predicted) != len(args.frames):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    parser.one_each(args, "predicted", "frames")
     return args
 
 

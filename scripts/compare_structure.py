@@ -80,8 +80,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.structure) != len(args.rdf):
-        parser.error(f"{len(args.structure)} --structure but {len(args.rdf)} --rdf: one each is needed")
+    parser.one_each(args, "structure", "rdf")
     return args
 
 

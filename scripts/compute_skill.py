@@ -47,21 +47,12 @@ def with_skill(rows: list[dict]) -> pd.DataFrame:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, nargs="*", default=[], help="in: predicted structures (HDF5)")
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="*",
-        default=[],
-        help="in: DEM frames (HDF5), one for each --predicted, in order",
-    )
+    parser.add_predictions(required=False)
     parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of skills (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.predicted) != len(args.frames):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    parser.one_each(args, "predicted", "frames")
     return args
 
 

@@ -55,15 +55,7 @@ def uncertainty_table(
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="+",
-        required=True,
-        help="in: DEM frames (HDF5), one for each --predicted, in order",
-    )
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_predictions(required=True)
     parser.add_argument(
         "--calibrations", type=input_file, nargs="+", required=True, help="in: calibration of each surrogate (JSON)"
     )
@@ -71,8 +63,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--table", type=Path, required=True, help="out: table of the uncertainty (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.predicted) != len(args.frames):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    parser.one_each(args, "predicted", "frames")
     return args
 
 

@@ -94,20 +94,11 @@ def draw_uncertainty(judged: Sequence[Judged], table: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: predictions (HDF5)")
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="+",
-        required=True,
-        help="in: DEM frames (HDF5), one for each --predicted, in order",
-    )
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_predictions(required=True)
     parser.add_argument("--uncertainty", type=input_file, required=True, help="in: tables/uncertainty.csv")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     args = parser.parse_args()
-    if len(args.predicted) != len(args.frames):
-        parser.error(f"{len(args.predicted)} --predicted but {len(args.frames)} --frames: one each is needed")
+    parser.one_each(args, "predicted", "frames")
     return args
 
 

@@ -49,8 +49,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--table", required=True, type=Path, help="out: table of the ablation (CSV)")
     parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
     args = parser.parse_args()
-    if len(args.surrogates) != len(args.histories):
-        parser.error(f"{len(args.surrogates)} --surrogates but {len(args.histories)} --histories: one each is needed")
+    parser.one_each(args, "surrogates", "histories")
     return args
 
 

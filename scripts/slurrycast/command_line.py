@@ -23,6 +23,21 @@ class Parser(argparse.ArgumentParser):
         """Leave without the usage, which would hide the line."""
         self.exit(2, f"error: {message}\n")
 
+    def add_predictions(self, *, required: bool) -> None:
+        """Predicted structures beside the DEM frames that they are compared with; see `one_each`."""
+        several = {"nargs": "+", "required": True} if required else {"nargs": "*", "default": []}
+        self.add_argument("--predicted", type=input_file, help="in: predicted structures (HDF5)", **several)
+        self.add_argument(
+            "--frames", type=input_file, help="in: DEM frames (HDF5), one for each --predicted, in order", **several
+        )
+        self.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+
+    def one_each(self, args: argparse.Namespace, one: str, other: str) -> None:
+        """End with a line unless the options of these two names were given equally many values."""
+        n_one, n_other = len(getattr(args, one)), len(getattr(args, other))
+        if n_one != n_other:
+            self.error(f"{n_one} --{one} but {n_other} --{other}: one each is needed")
+
 
 def input_file(text: str) -> Path:
     """Path of an input, as the `type` of an option; refused if it is missing or not what was written there.
