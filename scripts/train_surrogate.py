@@ -14,6 +14,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -65,8 +66,8 @@ def lessons(surrogate: ModuleType, args: argparse.Namespace, settings: Mapping) 
     if surrogate.LEARNS_FROM == "samples":
         training_set = read_training_set(args.dataset)
         return (training_set,), len(training_set)
-    slurries = read_trajectories(args.frames, surrogate.needed_frames(settings))
-    validation = read_trajectories(args.validation_frames, surrogate.needed_frames(settings, moved=False))
+    slurries = read_trajectories(args.frames, partial(surrogate.needed_frames, settings))
+    validation = read_trajectories(args.validation_frames, partial(surrogate.needed_frames, settings, moved=False))
     return (slurries, validation), sum(len(slurry.particles) for slurry in slurries)
 
 

@@ -563,20 +563,20 @@ BAD_VALUES = {
         ),
         (
             "surrogate.neighbours.waypoints",
-            [4, 4],
-            "surrogate.neighbours.waypoints = [4, 4]: must be a list of whole numbers of at least 1, each once",
+            [0.4, 0.4],
+            "surrogate.neighbours.waypoints = [0.4, 0.4]: must be a list of numbers above 0 and below 1, each once",
         ),
         (
             "surrogate.neighbours.waypoints",
-            [6, 4],
-            "surrogate.neighbours.waypoints = [6, 4]: must be strictly increasing",
+            [0.6, 0.4],
+            "surrogate.neighbours.waypoints = [0.6, 0.4]: must be strictly increasing",
         ),
         (
             "surrogate.neighbours.layers",
             3,
             (
-                "surrogate.neighbours.waypoints = [4, 6, 8, 11, 16, 25]: must be at most 2, one for each of "
-                "surrogate.neighbours.layers but the last"
+                "surrogate.neighbours.waypoints = [0.2, 0.35, 0.5, 0.63, 0.75, 0.86, 0.94, 0.98]: must be at most 2, "
+                "one for each of surrogate.neighbours.layers but the last"
             ),
         ),
         (

@@ -18,14 +18,14 @@ from slurrycast.trajectories import Trajectory
 SETTINGS = {
     "members": 2,
     "epochs": 3,
-    "learning_rate": 1e-2,
+    "learning_rate": 5e-2,
     "weight_decay": 1e-2,
     "layers": 2,
     "width": 8,
     "vectors": 4,
     "cutoff_um": 1.6,
-    "shift_frames": 1,
-    "waypoints": [1],
+    "earlier_frames": 1,
+    "waypoints": [0.08],  # at the next frame
     "input_frames": [8, 9, 10],
     "target_frame": 120,
     "threads": 1,
@@ -74,7 +74,9 @@ def trajectory(name: str, seed: int) -> Trajectory:
     )
     history = np.concatenate([static, scaled * edges_um, rng.integers(0, 9, (60, 5, 1))], axis=2)
     end = frame(120, (scaled[:, 0] - drift[:, -1]) * EDGES_UM, history[:, 0, 5], EDGES_UM)
-    return Trajectory(name, particles_of(history), {f.number: f for f in (*frames_of(history, edges_um, 7), end)})
+    frames = {f.number: f for f in (*frames_of(history, edges_um, 7), end)}
+    known_um = {k: frames[k].edges_um if k in frames else EDGES_UM for k in range(7, 121)}
+    return Trajectory(name, particles_of(history), frames, known_um)
 
 
 def fit(settings: dict, folder: Path, validation=("V1",)) -> dict[str, float]:
@@ -288,18 +290,35 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
 
 
 def test_windows_of_input_frames_lie_in_the_run():
-    assert neighbours.windows([7, 8, 9, 10], 1, 120) == [[6, 7, 8, 9], [7, 8, 9, 10], [8, 9, 10, 11]]
-    assert neighbours.windows([0, 1, 2], 2, 4) == [[0, 1, 2], [1, 2, 3]]
-    settings = {"input_frames": [8, 9, 10], "shift_frames": 2, "target_frame": 120, "waypoints": [20, 110], "layers": 3}
-    assert neighbours.needed_frames(settings) == [6, 7, 8, 9, 10, 11, 12, 30, 120]
-    assert neighbours.needed_frames(settings, moved=False) == [8, 9, 10, 30, 120]
+    assert neighbours.windows([7, 8, 9, 10], 2) == [[5, 6, 7, 8], [6, 7, 8, 9], [7, 8, 9, 10]]
+    assert neighbours.windows([1, 2, 3], 2) == [[0, 1, 2], [1, 2, 3]]
 
 
-def test_waypoints_are_for_the_last_layers():
-    settings = {"input_frames": [8, 9, 10], "target_frame": 120, "waypoints": [4, 20, 110], "layers": 3}
-    assert neighbours.stages(settings) == [14, 30, 120]  # frame 120 is the end already
-    assert neighbours.stages({**settings, "layers": 2}) == [30, 120]
-    assert neighbours.stages({**settings, "layers": 1}) == [120]
+def shrinking(*log_volumes: float) -> dict[int, np.ndarray]:
+    """Edges of a box with these logarithms of the volume at frames 0, 1 and so on."""
+    return {k: np.full(3, np.exp(value / 3)) for k, value in enumerate(log_volumes)}
+
+
+def test_waypoints_are_shares_of_the_way_of_the_volume():
+    edges_um = shrinking(
+        5, 4, 3, 2.1, 1.9, 1, 1.2, 1
+    )  # from frame 1 on 3 to go, of which 1, 1.9, 2.1, 3, 2.8 and 3 are gone
+    settings = {"target_frame": 7, "waypoints": [0.3, 0.65, 0.95], "layers": 4}
+    assert neighbours.stages(edges_um, 1, settings) == [2, 4, 5, 7]
+    assert neighbours.stages(edges_um, 2, settings) == [3, 5, 5, 7]
+    assert neighbours.stages(edges_um, 6, settings) == [7, 7, 7, 7]
+    assert neighbours.stages(edges_um, 1, {**settings, "layers": 2}) == [5, 7]  # of the last layers
+    assert neighbours.stages(edges_um, 1, {**settings, "layers": 1}) == [7]
+    assert neighbours.stages(dict.fromkeys(range(8), np.ones(3)), 1, settings) == [2, 2, 2, 7]  # nothing to go
+
+
+def test_frames_that_are_read_are_those_that_are_needed():
+    edges_um = shrinking(*np.linspace(1, 0, 101))
+    settings = {"input_frames": [8, 10], "earlier_frames": 1, "target_frame": 100, "waypoints": [0.5], "layers": 3}
+    assert neighbours.needed_frames(settings, edges_um) == [7, 8, 9, 10, 55, 100]
+    assert neighbours.needed_frames(settings, edges_um, moved=False) == [8, 10, 55, 100]
+    with pytest.raises(InputError, match="frame 101 is not among the frames 0 to 100"):
+        neighbours.needed_frames({**settings, "target_frame": 101}, edges_um)
 
 
 def test_layers_are_asked_for_where_particles_are_on_the_way():
@@ -322,6 +341,44 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     np.testing.assert_allclose(both_um[-1], moved_um, atol=1e-6)
     np.testing.assert_allclose(same, log_variance, atol=1e-6)
     assert np.abs(both_um[0] - both_um[1]).max() > 1e-3
+
+
+def test_shapes_are_few_and_fit_all():
+    assert neighbours.shapes([(90, 900), (90, 900)]) == [(90, 900)]
+    assert neighbours.shapes([(40, 400), (60, 601), (90, 900)]) == [(40, 400), (90, 900)]  # 601 pairs are one too many
+    sizes = [(n, 25 * n + n // 7) for n in (343, 600, 601, 1205, 1560, 1800, 2400)]
+    known = neighbours.shapes(sizes)
+    assert known[-1] == sizes[-1] and len(known) == 4
+    for n, m in sizes:
+        fitting = next(shape for shape in known if n <= shape[0] and m <= shape[1])
+        assert fitting[0] < 1.6 * n
+
+
+@pytest.mark.parametrize("shape", [(60, 4000), (71, 4000), (90, 3000)])
+def test_slurry_filled_up_gets_the_same_answer(shape):
+    """What is added says nothing to the others, and stays finite itself."""
+    from slurrycast.surrogates import neighbour_network
+
+    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], SETTINGS)
+    assert own.size[0] == 60 and own.size[1] < 3000
+    more = neighbours.filled(own, [(60, own.size[1] - 1), shape], SETTINGS["cutoff_um"])
+    assert more.size == shape
+    network = neighbour_network.build(11, 2, 3, 8, 4, 1.6, "net")
+    for weights in network.weights:
+        weights.assign(np.random.default_rng(0).normal(0, 0.3, weights.shape))
+    expected, found = (network([getattr(one.seen, name) for name in neighbours.INPUTS]) for one in (own, more))
+    for one, other in zip(expected, found, strict=True):
+        np.testing.assert_allclose(other[:60], one, atol=1e-6)
+        assert np.isfinite(other).all()
+    np.testing.assert_array_equal(more.moved_um[:, :60], own.moved_um)
+    assert not more.moved_um[:, 60:].any()
+
+
+def test_compiled_prediction_is_the_same(model, monkeypatch):
+    operation_by_operation = answer(model, *slurry())
+    monkeypatch.setattr(neighbours, "COMPILED_FROM", 0)
+    for one, other in zip(answer(model, *slurry()), operation_by_operation, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-5)
 
 
 def test_without_validation_slurries_their_columns_are_empty(tmp_path):

@@ -156,6 +156,13 @@ class FrameStore:
             position_spread_um=self.position_spread_um(k),
         )
 
+    def all_edges_um(self) -> np.ndarray:
+        """Edges (frames, 3) of the box in um at every frame of the file, in their order."""
+        try:
+            return self._group["box/edges/value"][:]
+        except NOT_AS_EXPECTED as error:
+            raise _unreadable(self.path, error) from error
+
     def volume_um3(self, k: int) -> float:
         """Volume of the box at frame `k` in um3."""
         return float(np.prod(self._at("box/edges", k)))

@@ -17,7 +17,8 @@ A new one is a module, a line in the registry below and a paragraph in the docum
                     wall_s and cpu_s that attempts before a kill have spent; the work directory is its own, to resume
                     from
                     from frames: fit(slurries, validation, settings, ...), two lists of trajectories.Trajectory with the
-                    frames that needed_frames(settings, moved=...) names; settings has input_frames and target_frame
+                    frames that needed_frames(settings, edges_um, moved=...) names; settings has input_frames and
+                    target_frame
     fit(training_set, settings, model_path)                                              of a model.json
     input_shapes(n_frames, settings) -> dict       of a model.keras: shapes by which one made elsewhere is known to fit
     predict(question, model_path, settings) -> Prediction                                see question.py

@@ -21,8 +21,17 @@ DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width o
 DISTANCE_WIDTH_UM = 0.15
 GAPS_UM = np.linspace(-0.25, 0.75, 9, dtype=np.float32)  # of distances between surfaces, below 0 where two overlap
 GAP_WIDTH_UM = 0.1
-VECTOR_GAIN = 0.1  # of what scalars change of a vector's length in one layer
+VECTOR_GAIN = 0.1  # largest share by which scalars change a vector's length in one layer
 LOG_VARIANCE = -2.5  # of um2, before training
+
+
+def bounded(vectors):
+    """Vectors (n, 3, vectors) of a root mean square length below 1, nearly as they are where it is far below.
+
+    What a layer makes of them grows with them, so many layers that saw them as they are would pass on infinity.
+    """
+    length2 = tf.reduce_sum(vectors**2, axis=1, keepdims=True)
+    return vectors * tf.math.rsqrt(1.0 + tf.reduce_mean(length2, axis=2, keepdims=True))
 
 
 @keras.saving.register_keras_serializable("slurrycast")
@@ -69,9 +78,14 @@ class Interaction(layers.Layer):
         ):
             layer.build((None, width))
 
+    def compute_output_spec(self, state, vectors, moved_um, *_, **__) -> tuple[keras.KerasTensor, ...]:
+        """Shapes as they came in; said here because Keras finds them by tracing, which is most of loading a model."""
+        return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved_um))
+
     def call(self, state, vectors, moved_um, radius_um, receivers, senders, separation_um):
         """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below."""
-        own, theirs = tf.gather(vectors, receivers), tf.gather(vectors, senders)
+        known = bounded(vectors)
+        own, theirs = tf.gather(known, receivers), tf.gather(known, senders)
         apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
         distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
         direction = apart_um / distance_um
@@ -97,20 +111,21 @@ class Interaction(layers.Layer):
         sums = tf.concat([message, tf.reshape(pushed, (-1, 3 * self.n_vectors))], axis=1)
         sums = tf.math.unsorted_segment_sum(sums, receivers, tf.shape(state)[0]) / NEIGHBOURS
         vectors += tf.reshape(sums[:, self.width :], (-1, 3, self.n_vectors))
-        mixed = self.mixed(vectors)
+        known = bounded(vectors)
+        mixed = self.mixed(known)
         received = tf.concat(
             [
                 state,
                 sums[:, : self.width],
-                tf.reduce_sum(mixed * self.compared(vectors), axis=1),
-                tf.sqrt(tf.reduce_sum(vectors**2, axis=1) + 1e-6),
+                tf.reduce_sum(mixed * self.compared(known), axis=1),
+                tf.sqrt(tf.reduce_sum(known**2, axis=1) + 1e-6),
             ],
             axis=1,
         )
         answer = self.outer(self.inner(self.normalised(received)))
         state += answer[:, : self.width]
         stretched, turned = tf.split(answer[:, None, self.width :], 2, axis=2)
-        vectors = vectors * (1.0 + VECTOR_GAIN * stretched) + mixed * turned
+        vectors = vectors * (1.0 + VECTOR_GAIN * tf.tanh(stretched)) + mixed * turned
         return state, vectors, moved_um + MOVE_UM * self.move(vectors)[:, :, 0]
 
 

@@ -6,10 +6,11 @@ from each input frame to the next, how much the box has still to shrink and how 
 and the relative motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its
 variance. Absolute places never enter.
 
-It learns from whole slurries, from their input frames and from the same number of frames that end up to `shift_frames`
-earlier or later, one of these at random in each epoch: the same way to the same end, seen from other places on it. Each
-layer but the last is also asked where the particles are at a frame on that way, `waypoints` after the last input frame:
-a deep network finds the whole way from its end alone only slowly.
+It learns from whole slurries, from their input frames and from the same number of frames that end up to
+`earlier_frames` before these, one of these windows at random in each epoch: the same way to the same end, and as loose
+as a slurry is at the input frames that is larger and shrinks later. Each layer but the last is also asked where the
+particles are when the box has come so far on its way to the final one, `waypoints`: a deep network finds the whole way
+from its end alone only slowly, and by the volume, not by the clock, the way of a large slurry is that of a small one.
 
 `members` networks with seeds of their own are trained one after the other and stored as one. The prediction is their
 mean; its spread per coordinate is made of the variance that they expect and of that between them.
@@ -62,6 +63,13 @@ GRADIENT_NORM = 1.0
 WAYPOINT_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
 DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
 INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
+OF_PAIRS = ("receivers", "senders", "separation_um")
+COMPILED_FROM = 30_000  # particles times members: a compiled prediction takes half as long, but seconds to compile
+SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
+# Weights between layers learn by Muon, which makes every direction of a step equally long and needs fewer steps than
+# Adam; what is fed in or comes out learns by Adam, at this share of the rate.
+LEARN_BY_ADAM = ("state", "vectors", "move", "doubt", "log_variance")
+ADAM_SHARE = 0.3
 
 
 def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
@@ -151,40 +159,92 @@ class Lesson:
     seen: Graph
     moved_um: np.ndarray
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Numbers of particles and of pairs."""
+        return len(self.seen.radius_um), len(self.seen.receivers)
+
     def arrays(self) -> list[np.ndarray]:
         """All that it consists of."""
         return [*vars(self.seen).values(), self.moved_um]
 
 
-def windows(input_frames: Sequence[int], shift_frames: int, target_frame: int) -> list[list[int]]:
-    """The input frames, and these moved by up to `shift_frames`, as far as they lie in the run before the target."""
-    moved = [[k + shift for k in input_frames] for shift in range(-shift_frames, shift_frames + 1)]
-    return [frames for frames in moved if frames[0] >= 0 and frames[-1] < target_frame]
+def windows(input_frames: Sequence[int], earlier_frames: int) -> list[list[int]]:
+    """The input frames, and these moved by up to `earlier_frames`, as far as they lie in the run."""
+    moved = [[k - shift for k in input_frames] for shift in range(earlier_frames, -1, -1)]
+    return [frames for frames in moved if frames[0] >= 0]
 
 
-def stages(settings: Mapping) -> list[int]:
-    """Frames of the waypoints that lie before the target, and the target; one for each of the last layers."""
-    last, target = settings["input_frames"][-1], settings["target_frame"]
-    on_the_way = [last + after for after in settings["waypoints"] if last + after < target]
-    return [*on_the_way, target][-settings["layers"] :]
+def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mapping) -> list[int]:
+    """Frames of the waypoints after the last input frame, and the target; one for each of the last layers.
+
+    The frame of a waypoint is the first at which the logarithm of the volume has gone that share of its way to the
+    target frame; `edges_um` (3,) of the box at all frames.
+    """
+    later = range(last_frame + 1, settings["target_frame"] + 1)
+    log_volumes = {k: np.log(edges_um[k]).sum() for k in (last_frame, *later)}
+    start, end = log_volumes[last_frame], log_volumes[later[-1]]
+    share = {k: (log_volumes[k] - start) / (end - start) if end != start else 1.0 for k in later}
+    on_the_way = [next(k for k in later if share[k] >= waypoint) for waypoint in settings["waypoints"]]
+    return [*on_the_way, later[-1]][-settings["layers"] :]
 
 
-def needed_frames(settings: Mapping, *, moved: bool = True) -> list[int]:
-    """Numbers of all frames that learning reads, or testing where the input frames are not moved."""
-    shift, target = settings["shift_frames"] if moved else 0, settings["target_frame"]
-    inputs = (k for frames in windows(settings["input_frames"], shift, target) for k in frames)
-    return sorted({*stages(settings), *inputs})
+def needed_frames(settings: Mapping, edges_um: Mapping[int, np.ndarray], *, moved: bool = True) -> list[int]:
+    """Numbers of all frames that learning reads, or testing where the input frames are not moved.
+
+    `edges_um` (3,) of the slurry's box at all frames, in their order; InputError if the target frame is none of them.
+    """
+    target = settings["target_frame"]
+    if target not in edges_um:
+        raise InputError(f"frame {target} is not among the frames {min(edges_um)} to {max(edges_um)}")
+    found = set()
+    for frames in windows(settings["input_frames"], settings["earlier_frames"] if moved else 0):
+        found |= {*frames, *stages(edges_um, frames[-1], settings)}
+    return sorted(found)
 
 
 def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Lesson:
     """What is to be learned from a slurry when these are its input frames, in its true final box."""
-    ends = [trajectory.frames[k] for k in stages(settings)]
     frames = [trajectory.frames[k] for k in input_frames]
+    ends = [trajectory.frames[k] for k in stages(trajectory.edges_um, input_frames[-1], settings)]
     final_edges_um = ends[-1].edges_um
     seen = graph(trajectory.particles, frames, final_edges_um, settings["cutoff_um"])
     moved_um = np.stack([scaled_places(end) * final_edges_um - seen.affine_um for end in ends])
     moved_um -= moved_um.mean(axis=1, keepdims=True)  # a common shift has no meaning in a periodic box
     return Lesson(seen, moved_um.astype(np.float32))
+
+
+def shapes(sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """A few (particles, pairs) of which one is at least as large as each of these `sizes`, from small to large.
+
+    The largest one, and that divided by powers of `SHAPE_RATIO`, as far as any slurry needs it.
+    """
+    largest, smallest = np.max(sizes, axis=0), np.min(sizes, axis=0)
+    n_shapes = 1 + int(np.log((largest / smallest).min()) / np.log(SHAPE_RATIO))
+    ratios = SHAPE_RATIO ** -np.arange(n_shapes)[::-1, None]
+    known = [tuple(int(n) for n in shape) for shape in np.ceil(largest * ratios)]
+    return [shape for shape in known if any(_fitting(size, known) == shape for size in sizes)]
+
+
+def _fitting(size: tuple[int, int], known: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    return next(shape for shape in known if size[0] <= shape[0] and size[1] <= shape[1])
+
+
+def filled(one: Lesson, known: Sequence[tuple[int, int]], cutoff_um: float) -> Lesson:
+    """The same with particles and pairs added up to the first of the `known` shapes that it fits in.
+
+    The pairs that are added join the last particle to itself, from so far that it hears nothing; the particles have no
+    pairs, or only those.
+    """
+    n, m = (to - size for to, size in zip(_fitting(one.size, known), one.size, strict=True))
+    last = one.size[0] + n - 1
+    seen = {
+        name: np.pad(value, [(0, m if name in OF_PAIRS else n), *[(0, 0)] * (value.ndim - 1)])
+        for name, value in vars(one.seen).items()
+    }
+    for name, value in zip(OF_PAIRS, (last, last, 2 * cutoff_um), strict=True):
+        seen[name][one.size[1] :] = value
+    return Lesson(Graph(**seen), np.pad(one.moved_um, [(0, 0), (0, n), (0, 0)]))
 
 
 def _inputs(seen: Graph) -> list["tf.Tensor"]:
@@ -200,87 +260,113 @@ def _signature(network: "keras.Model") -> list["tf.TensorSpec"]:
     return [tf.TensorSpec((None, *entry.shape[1:]), entry.dtype) for entry in network.inputs]
 
 
-def _train_member(
-    number: int,
-    shape: Mapping,
-    lessons: Sequence[Sequence[Lesson]],
-    tests: Sequence[Lesson],
-    settings: Mapping,
-    work: Path,
-) -> tuple["keras.Model", Progress]:
-    """Train one member, whose seed follows from the run's, or go on with it.
+class _Training:
+    """One network, its optimizer and a compiled step, in which all members learn, one after the other."""
 
-    `lessons` are those of each training slurry, one for each of its windows of input frames.
-    """
-    import keras
-    import tensorflow as tf
+    def __init__(self, shape: Mapping, n_stages: int, settings: Mapping) -> None:
+        import keras
+        import tensorflow as tf
 
-    from slurrycast.surrogates import neighbour_network
+        from slurrycast.surrogates import neighbour_network
 
-    seed, epochs, name = derived_seed(settings["seed"], f"member {number}"), settings["epochs"], f"{NAME} {number}"
-    keras.utils.set_random_seed(seed)
-    network = neighbour_network.build(**shape, name=f"member{number}")
-    optimizer = keras.optimizers.AdamW(settings["learning_rate"], settings["weight_decay"], clipnorm=GRADIENT_NORM)
-    optimizer.build(network.trainable_variables)
-    state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
-    arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
-    identity = fingerprint(arrays, {**settings, "member": number})
-    checkpoint, progress = work / f"checkpoint_{number}.h5", Progress()
-    if found := read_checkpoint(checkpoint, identity, name):
-        then, progress = found
-        for key, variables in state.items():
-            for variable, value in zip(variables, then[key], strict=True):
+        self.shape, self.settings = shape, settings
+        self.network = network = neighbour_network.build(**shape, name="learner")
+        self.optimizer = optimizer = keras.optimizers.Muon(
+            settings["learning_rate"],
+            adam_lr_ratio=ADAM_SHARE,
+            weight_decay=settings["weight_decay"],
+            adam_weight_decay=settings["weight_decay"],
+            exclude_layers=[f"(^|/){name}(/|$)" for name in LEARN_BY_ADAM],
+            clipnorm=GRADIENT_NORM,
+        )
+        optimizer.build(network.trainable_variables)
+        self.state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
+        self.unused = [variable.numpy() for variable in optimizer.variables]
+        signature = _signature(network)
+        by_layer = neighbour_network.by_layer(network, n_stages)
+
+        @tf.function(input_signature=signature)
+        def answer(*inputs):
+            return network(list(inputs), training=False)
+
+        # as one program of machine code a step takes half as long as operation by operation
+        @tf.function(
+            input_signature=[tf.TensorSpec((), "int32"), tf.TensorSpec((n_stages, None, 3)), *signature],
+            jit_compile=True,
+        )
+        def step(n_particles, targets_um, *inputs):
+            there = tf.cast(tf.range(tf.shape(targets_um)[1]) < n_particles, tf.float32)[:, None]
+            n_coordinates = 3.0 * tf.cast(n_particles, tf.float32)
+            with tf.GradientTape() as tape:
+                moved_um, log_variance = by_layer(list(inputs), training=True)
+                errors_um = (moved_um - targets_um) * there
+                losses = tf.reduce_sum(errors_um**2, axis=(1, 2)) / n_coordinates
+                error_um = tf.stop_gradient(errors_um[-1])
+                doubt = (log_variance + error_um**2 * tf.exp(-log_variance)) * there
+                doubt = tf.reduce_sum(doubt) / n_coordinates
+                total = losses[-1] + WAYPOINT_WEIGHT * tf.reduce_sum(losses[:-1]) + DOUBT_WEIGHT * doubt
+            gradients = tape.gradient(total, network.trainable_variables)
+            optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
+            return losses[-1], tf.reduce_sum(tf.abs(errors_um[-1])) / n_coordinates
+
+        self.answer, self.step = answer, step
+
+    def member(
+        self, number: int, lessons: Sequence[Sequence[Lesson]], tests: Sequence[Lesson], work: Path
+    ) -> tuple["keras.Model", Progress]:
+        """Train one member, whose seed follows from the run's, or go on with it.
+
+        `lessons` are those of each training slurry, one for each of its windows of input frames.
+        """
+        import keras
+        import tensorflow as tf
+
+        from slurrycast.surrogates import neighbour_network
+
+        settings, name = self.settings, f"{NAME} {number}"
+        seed, epochs = derived_seed(settings["seed"], f"member {number}"), settings["epochs"]
+        keras.utils.set_random_seed(seed)
+        member = neighbour_network.build(**self.shape, name=f"member{number}")
+        now = {"weights": [weights.numpy() for weights in member.trainable_variables], "optimizer": self.unused}
+        arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
+        identity = fingerprint(arrays, {**settings, "member": number})
+        checkpoint, progress = work / f"checkpoint_{number}.h5", Progress()
+        if found := read_checkpoint(checkpoint, identity, name):
+            now, progress = found
+        for key, variables in self.state.items():
+            for variable, value in zip(variables, now[key], strict=True):
                 variable.assign(value)
 
-    signature = _signature(network)
-
-    @tf.function(input_signature=signature)
-    def answer(*inputs):
-        return network(list(inputs), training=False)
-
-    n_stages = len(lessons[0][0].moved_um)
-    by_layer = neighbour_network.by_layer(network, n_stages)
-
-    @tf.function(input_signature=[tf.TensorSpec((n_stages, None, 3)), *signature])
-    def step(targets_um, *inputs):
-        with tf.GradientTape() as tape:
-            moved_um, log_variance = by_layer(list(inputs), training=True)
-            errors_um = moved_um - targets_um
-            loss = tf.reduce_mean(errors_um[-1] ** 2)
-            on_the_way = tf.reduce_sum(tf.reduce_mean(errors_um[:-1] ** 2, axis=(1, 2)))
-            error_um = tf.stop_gradient(errors_um[-1])
-            doubt = tf.reduce_mean(log_variance + error_um**2 * tf.exp(-log_variance))
-            total = loss + WAYPOINT_WEIGHT * on_the_way + DOUBT_WEIGHT * doubt
-        gradients = tape.gradient(total, network.trainable_variables)
-        optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
-        return loss, tf.reduce_mean(tf.abs(errors_um[-1]))
-
-    sizes = [len(own[0].seen.radius_um) for own in lessons]
-    n_steps, start, first = epochs * len(lessons), time.monotonic(), len(progress.history)
-    for epoch in range(first + 1, epochs + 1):
-        draw = np.random.default_rng((seed, epoch))
-        losses = np.zeros((len(lessons), 2))
-        for place, k in enumerate(draw.permutation(len(lessons))):
-            drawn = lessons[k][draw.integers(len(lessons[k]))]
-            share = ((epoch - 1) * len(lessons) + place) / n_steps
-            optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
-            losses[k] = step(tf.constant(drawn.moved_um), *_inputs(drawn.seen))
-        errors_um = [(answer(*_inputs(test.seen))[0] - test.moved_um[-1]).numpy() for test in tests]
-        # each slurry counts as much, so that the largest does not decide alone
-        of_tests = [[np.mean(own**2), np.mean(abs(own))] for own in errors_um] or [[np.nan, np.nan]]
-        row = np.array([*np.average(losses, axis=0, weights=sizes), *np.mean(of_tests, axis=0)])
-        if not np.isfinite(row[: 4 if tests else 2]).all():
-            raise RunError(
-                f"{NAME}: the loss is not finite in epoch {epoch}, "
-                f"learning_rate {settings['learning_rate']} is too large"
-            )
-        progress.history.append(row)
-        left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
-        said = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
-        print(f"[{name}] epoch {epoch}/{epochs} {said}, {left_s:.0f} s left", flush=True)
-        now = {key: [variable.numpy() for variable in variables] for key, variables in state.items()}
-        write_checkpoint(checkpoint, identity, now, progress)
-    return network, progress
+        sizes = [own[0].size[0] for own in lessons]
+        known = shapes([one.size for own in lessons for one in own])
+        n_steps, start, first = epochs * len(lessons), time.monotonic(), len(progress.history)
+        for epoch in range(first + 1, epochs + 1):
+            draw = np.random.default_rng((seed, epoch))
+            losses = np.zeros((len(lessons), 2))
+            for place, k in enumerate(draw.permutation(len(lessons))):
+                drawn = lessons[k][draw.integers(len(lessons[k]))]
+                share = ((epoch - 1) * len(lessons) + place) / n_steps
+                self.optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
+                shown = filled(drawn, known, settings["cutoff_um"])
+                losses[k] = self.step(tf.constant(drawn.size[0]), tf.constant(shown.moved_um), *_inputs(shown.seen))
+            errors_um = [(self.answer(*_inputs(test.seen))[0] - test.moved_um[-1]).numpy() for test in tests]
+            # each slurry counts as much, so that the largest does not decide alone
+            of_tests = [[np.mean(own**2), np.mean(abs(own))] for own in errors_um] or [[np.nan, np.nan]]
+            row = np.array([*np.average(losses, axis=0, weights=sizes), *np.mean(of_tests, axis=0)])
+            if not np.isfinite(row[: 4 if tests else 2]).all():
+                raise RunError(
+                    f"{NAME}: the loss is not finite in epoch {epoch}, "
+                    f"learning_rate {settings['learning_rate']} is too large"
+                )
+            progress.history.append(row)
+            left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
+            said = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
+            print(f"[{name}] epoch {epoch}/{epochs} {said}, {left_s:.0f} s left", flush=True)
+            now = {key: [variable.numpy() for variable in variables] for key, variables in self.state.items()}
+            write_checkpoint(checkpoint, identity, now, progress)
+        for weights, value in zip(member.trainable_variables, now["weights"], strict=True):
+            weights.assign(value)
+        return member, progress
 
 
 def learning_rate_share(share: float) -> float:
@@ -303,7 +389,7 @@ def fit(
     Mean squared error of the displacement, one slurry a step, in float32; the expected variance learns beside it, by
     its likelihood. The weights are those of the last epoch, at which the learning rate has come to nothing: the
     `validation` slurries are looked at, not chosen by. Without any, their columns of history.csv are empty. `settings`:
-    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, shift_frames, waypoints,
+    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames, waypoints,
     input_frames, target_frame, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
     `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
     break. InputError for a cutoff above half a box edge, RunError if the loss is not finite.
@@ -311,7 +397,7 @@ def fit(
     make_deterministic(settings["seed"], settings["threads"])
     from slurrycast.surrogates import neighbour_network
 
-    own_windows = windows(settings["input_frames"], settings["shift_frames"], settings["target_frame"])
+    own_windows = windows(settings["input_frames"], settings["earlier_frames"])
     lessons = [[lesson(slurry, frames, settings) for frames in own_windows] for slurry in slurries]
     tests = [lesson(slurry, settings["input_frames"], settings) for slurry in validation]
     shape = {
@@ -322,10 +408,11 @@ def fit(
         "n_vectors": settings["vectors"],
         "cutoff_um": settings["cutoff_um"],
     }
+    training = _Training(shape, len(lessons[0][0].moved_um), settings)
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        network, progress = _train_member(number, shape, lessons, tests, settings, Path(work_directory))
-        members.append(network)
+        member, progress = training.member(number, lessons, tests, Path(work_directory))
+        members.append(member)
         histories.append(progress.history)
         earlier = {clock: max(earlier[clock], progress.earlier[clock]) for clock in earlier}
     rows = [
@@ -352,7 +439,11 @@ def _answers(model: "keras.Model", seen: Graph) -> tuple[np.ndarray, np.ndarray]
     members = [layer for layer in model.layers if isinstance(layer, keras.Model)]
     network = members[0]
     own = [[weight.numpy() for weight in member.weights] for member in members]
-    answer = tf.function(lambda *inputs: network(list(inputs), training=False), input_signature=_signature(network))
+    answer = tf.function(
+        lambda *inputs: network(list(inputs), training=False),
+        input_signature=_signature(network),
+        jit_compile=len(members) * len(seen.radius_um) > COMPILED_FROM,
+    )
     inputs, answers = _inputs(seen), []
     for weights in own:
         for weight, value in zip(network.weights, weights, strict=True):
