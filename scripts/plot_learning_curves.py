@@ -33,10 +33,11 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
             continue
         marker = "o" if len(history) < 5 else None
         axes.semilogy(history.epoch, history[training], color=TRAINING, marker=marker, label="training")
-        axes.semilogy(history.epoch, history[validation], color=VALIDATION, marker=marker, label="validation")
-        best = history.loc[history.val_loss.idxmin()]
-        label = f"{best[validation]:.3g} at epoch {best.epoch:.0f}, of the lowest MSE"
-        axes.plot(best.epoch, best[validation], "o", color=VALIDATION, mec="white", ms=9, zorder=3, label=label)
+        if history.val_loss.notna().any():  # else there was no validation slurry
+            axes.semilogy(history.epoch, history[validation], color=VALIDATION, marker=marker, label="validation")
+            best = history.loc[history.val_loss.idxmin()]
+            label = f"{best[validation]:.3g} at epoch {best.epoch:.0f}, of the lowest MSE"
+            axes.plot(best.epoch, best[validation], "o", color=VALIDATION, mec="white", ms=9, zorder=3, label=label)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         low, high = axes.get_ylim()
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())

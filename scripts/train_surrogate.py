@@ -11,6 +11,7 @@ it has taken note of the outputs asks for them again.
 
 import argparse
 import hashlib
+import importlib.metadata
 import json
 import shutil
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from slurrycast import surrogates
+from slurrycast import dependencies, surrogates
 from slurrycast.command_line import Parser, input_file, run_main
 from slurrycast.costs import measured_cost, spent_so_far
 from slurrycast.dataset import read_training_set
@@ -76,6 +77,14 @@ def learned_from(args: argparse.Namespace) -> list[Path]:
     return [args.dataset] if args.dataset else [*args.frames, *args.validation_frames]
 
 
+def code_of(surrogate: str) -> list[str]:
+    """What makes the result another one beside data and settings: our modules, as checksums, and the libraries."""
+    own = [checksum(dependencies.ROOT / path) for path in dependencies.modules("scripts/train_surrogate.py", surrogate)]
+    packages = importlib.metadata.packages_distributions()  # TensorFlow has several, of which one is installed
+    libraries = sorted({name for library in ("keras", "tensorflow") for name in packages.get(library, [])})
+    return own + [f"{name} {importlib.metadata.version(name)}" for name in libraries]
+
+
 def main() -> None:
     """Train in the work folder, then move model and history from there."""
     args = parse_args()
@@ -84,7 +93,7 @@ def main() -> None:
     surrogate, sources = surrogates.load(label.name), learned_from(args)
     if surrogate.LEARNS_FROM == "frames":
         settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame}
-    known = [*map(checksum, sources), args.surrogate, settings]
+    known = [*map(checksum, sources), args.surrogate, settings, *code_of(label.name)]
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
         learned, cost.particles = lessons(surrogate, args, settings)
@@ -96,6 +105,8 @@ def main() -> None:
             earlier = surrogate.fit(*learned, settings, model, history, work.path)
             spent = {clock: earlier[clock] + own for clock, own in spent_so_far().items()}
             work.record("training", [model.name, history.name], spent)
+            for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold
+                checkpoint.unlink()
         cost.wall_s += earlier["wall_s"]
         cost.cpu_s += earlier["cpu_s"]
         for made, place in ((model, args.model), (history, args.history)):

@@ -76,6 +76,7 @@ def main() -> None:
         descriptions={label: described(label) for label in args.surrogates},
         histories={label: read_table(path) for label, path in args.histories},
         networks={label: read_network(path) for label, path in args.models},
+        weights_of={label: surrogates.load(surrogates.parse(label).name).WEIGHTS_OF for label, _ in args.models},
         figures={path.stem: path for path in args.figures},
     )
     write_text(args.report, report_html(results))

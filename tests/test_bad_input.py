@@ -535,6 +535,11 @@ BAD_VALUES = {
         ),
         (
             "surrogate.names",
+            ["vgg16", "neighbours_f00"],
+            'surrogate.names: "neighbours_f00": must have at least 2 input frames, it has 1',
+        ),
+        (
+            "surrogate.names",
             ["vgg16", "affine_x2"],
             "surrogate.names: 'affine_x2' is not known: must be affine, and _f<NN> for the last input frame",
         ),

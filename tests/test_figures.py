@@ -212,6 +212,13 @@ def test_learning_curves(tmp_path, history):
     assert is_drawn(tmp_path / "curves.png")
 
 
+def test_learning_curves_without_validation_slurries(tmp_path, history):
+    figure = plot_learning_curves.draw_learning_curves(history.assign(val_loss=np.nan, val_mae=np.nan))
+    assert [[line.get_label() for line in axes.lines] for axes in figure.axes] == [["training"], ["training"]]
+    save_figure(figure, tmp_path / "curves.png")
+    assert is_drawn(tmp_path / "curves.png")
+
+
 def test_learning_curves_of_a_model_trained_elsewhere(tmp_path, monkeypatch):
     history = tmp_path / "history.csv"
     history.write_text("epoch,loss,mae,val_loss,val_mae\n")

@@ -133,11 +133,18 @@ def test_particle_on_the_face_of_the_box():
 
 
 def test_cutoff_beyond_half_the_box_is_refused(model):
+    history, edges_um = slurry()
     with pytest.raises(InputError) as error:
-        answer(model, *slurry(), cutoff_um=2.2)
+        answer(model, history, edges_um, np.array([4.2, 3.1, 6.3]), cutoff_um=1.5)  # the model's own, 1.6, counts
     assert str(error.value) == (
-        "surrogate.neighbours.cutoff_um = 2.2: must be at most 2.1, half the shortest edge of the final box"
+        "surrogate.neighbours.cutoff_um = 1.6: must be at most 1.55, half the shortest edge of the final box"
     )
+
+
+def test_cutoff_without_neighbours_is_refused():
+    place_um = np.array([[0.0, 0, 0], [1, 1, 1]])
+    with pytest.raises(InputError, match=r"cutoff_um = 0\.5: must be above the distance of the closest particles"):
+        neighbours.neighbour_pairs(place_um, EDGES_UM, 0.5)
 
 
 def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
@@ -242,12 +249,7 @@ def test_training_learns(tmp_path):
 
 
 @pytest.mark.parametrize("member", [1, 2])
-def test_killed_training_ends_like_an_undisturbed_one(tmp_path, monkeypatch, capsys, member):
-    def fitted(folder):
-        spent = fit(SETTINGS, folder)
-        return (folder / "history.csv").read_text(), answer(folder / "model.keras", *slurry()), spent
-
-    undisturbed = fitted(tmp_path / "undisturbed")
+def test_killed_training_ends_like_an_undisturbed_one(model, tmp_path, monkeypatch, capsys, member):
     shares, learning_rate_share = [], neighbours.learning_rate_share
 
     def dies(share):
@@ -258,14 +260,14 @@ def test_killed_training_ends_like_an_undisturbed_one(tmp_path, monkeypatch, cap
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(neighbours, "learning_rate_share", dies)
-        fitted(tmp_path / "killed")
+        fit(SETTINGS, tmp_path)
     capsys.readouterr()
-    resumed = fitted(tmp_path / "killed")
+    spent = fit(SETTINGS, tmp_path)
     assert f"[neighbours {member}] resuming after epoch 2" in capsys.readouterr().out
-    assert resumed[0] == undisturbed[0]
-    for one, other in zip(resumed[1], undisturbed[1], strict=True):
+    assert (tmp_path / "history.csv").read_text() == (model.parent / "history.csv").read_text()
+    for one, other in zip(answer(tmp_path / "model.keras", *slurry()), answer(model, *slurry()), strict=True):
         np.testing.assert_array_equal(one, other)
-    assert resumed[2]["cpu_s"] > 0
+    assert spent["cpu_s"] > 0
 
 
 def test_learning_rate_rises_and_falls():
@@ -372,6 +374,41 @@ def test_slurry_filled_up_gets_the_same_answer(shape):
         assert np.isfinite(other).all()
     np.testing.assert_array_equal(more.moved_um[:, :60], own.moved_um)
     assert not more.moved_um[:, 60:].any()
+
+
+def test_step_on_a_slurry_filled_up_is_the_same_step():
+    import keras
+    import tensorflow as tf
+
+    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "waypoints": []})
+    assert own.moved_um.shape == (1, 60, 3)
+    more = neighbours.filled(own, [(77, 4000)], SETTINGS["cutoff_um"])
+    keras.utils.set_random_seed(3)
+    shape = {"n_scalars": 11, "n_past": 2, "n_layers": 2, "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    training = neighbours._Training(shape, 1, SETTINGS)
+    start = [variable.numpy() for variable in (*training.network.weights, *training.optimizer.variables)]
+    ends = []
+    for one in (own, more):
+        for variable, value in zip((*training.network.weights, *training.optimizer.variables), start, strict=True):
+            variable.assign(value)
+        training.optimizer.learning_rate.assign(0.05)
+        arguments = tf.constant(60), tf.constant(one.moved_um), *neighbours._inputs(one.seen)
+        losses = [[float(loss) for loss in training.step(*arguments)] for _ in range(3)]
+        ends.append((losses, [weights.numpy() for weights in training.network.weights]))
+    np.testing.assert_allclose(ends[0][0], ends[1][0], rtol=1e-4)
+    assert ends[0][0][2][0] < ends[0][0][0][0]
+    for one, other, before in zip(ends[0][1], ends[1][1], start[: len(ends[0][1])], strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-3)
+        assert not np.array_equal(one, before)
+
+
+def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
+    shape = {"n_scalars": 11, "n_past": 2, "n_layers": 2, "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    training = neighbours._Training(shape, 1, SETTINGS)
+    matrices = [variable for variable in training.network.trainable_variables if len(variable.shape) == 2]
+    by_adam = {v.path.split("/")[-2] for v in matrices if training.optimizer._should_use_adamw(v)}
+    assert by_adam == set(neighbours.LEARN_BY_ADAM)
+    assert len(matrices) == 4 + 2 * 10  # these, and ten in each layer
 
 
 def test_compiled_prediction_is_the_same(model, monkeypatch):

@@ -252,6 +252,7 @@ def results(tmp_path, model, history) -> Results:
         descriptions={name: (f"all that {name} may see", "last frame") for name in surrogates},
         histories={"net": history},
         networks={"net": read_network(model)},
+        weights_of={"net": "lowest"},
         figures=figures,
     )
 
@@ -392,6 +393,15 @@ def test_new_slurries_beside_others_point_to_the_figures_above(results):
     text = text_of(results)
     assert text.count("Fig. 6.") == text.count("Fig. S2.") == 1
     assert text.index("Fig. S2.") < text.index("Fig. 6.") < text.index("radial distribution functions in Fig. 6, above")
+
+
+def test_learning_curves_say_whose_weights_are_used(results):
+    assert "at epoch 2, whose weights are used; in the last epoch it is" in text_of(results)
+    last = replace(results, weights_of={"net": "last"})
+    assert "at epoch 2; in the last epoch, whose weights are used, it is" in text_of(last)
+    history = results.histories["net"].assign(val_loss=np.nan, val_mae=np.nan)
+    text = text_of(replace(last, histories={"net": history}))
+    assert "There was no validation slurry. Training MSE goes from 3 to 0.4" in text
 
 
 @pytest.mark.parametrize("epochs", [0, 3])

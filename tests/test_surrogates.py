@@ -11,7 +11,7 @@ import pytest
 
 from slurrycast import final_box, surrogates
 from slurrycast.dataset import TrainingSet, split, write_training_set
-from slurrycast.files import InputError
+from slurrycast.files import InputError, checksum
 
 
 @pytest.mark.parametrize("name", surrogates.NAMES)
@@ -73,7 +73,7 @@ assert not {'keras', 'tensorflow'} & set(sys.modules)
     subprocess.run([sys.executable, "-c", code], env=env, check=True)
 
 
-def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, monkeypatch):
+def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch):
     import train_surrogate
 
     n = 30
@@ -122,3 +122,19 @@ def test_the_script_writes_its_outputs_and_removes_the_work_directory(tmp_path, 
     train_surrogate.main()
     assert {name: places[name].read_bytes() for name in written} == written
     assert json.loads(places["cost.json"].read_text())["cpu_s"] > cost["cpu_s"]
+
+    # With other code it would be another model, so it is.
+    monkeypatch.setattr(train_surrogate, "code_of", lambda surrogate: [f"edited {surrogate}"])
+    with pytest.raises(TypeError, match="'NoneType' object is not callable"):
+        train_surrogate.main()
+
+
+def test_code_of_a_surrogate_is_its_modules_and_libraries(root):
+    import train_surrogate
+
+    code = train_surrogate.code_of("neighbours")
+    for module in ("neighbours", "neighbour_network", "checkpoint"):
+        assert checksum(root / "scripts" / "slurrycast" / "surrogates" / f"{module}.py") in code
+    assert any(entry.startswith("keras 3") for entry in code)
+    assert any(entry.startswith("tensorflow") for entry in code)
+    assert code != train_surrogate.code_of("vgg16")

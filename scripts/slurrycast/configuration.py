@@ -412,6 +412,11 @@ def _labels(config: Mapping, _) -> Iterator[str]:
                 yield f"{key}: {str(error).removeprefix('surrogate: ')}"
                 continue
             surrogate, last = surrogates.load(label.name), label.last_frame
+            n_frames = min(len(config["learning"]["input_frames"]), target if last is None else last + 1)
+            if n_frames < getattr(surrogate, "LEAST_FRAMES", 1):
+                least = f"at least {surrogate.LEAST_FRAMES} input frames, it has {n_frames}"
+                yield f"{key}: {_shown(text)}: must have {least}"
+                continue
             if last is None:  # the last of the input frames
                 continue
             if surrogate.LEARNS_FROM == "samples":

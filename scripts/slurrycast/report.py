@@ -66,6 +66,7 @@ class Results:
     descriptions: Mapping[str, tuple[str, str]]  # what a surrogate looks at, and its rule for the final box, in words
     histories: Mapping[str, pd.DataFrame]  # of the surrogates that are Keras models, as are the networks
     networks: Mapping[str, Network]
+    weights_of: Mapping[str, str]  # of the same: of the epoch of the "lowest" validation loss or of the "last"
     figures: Mapping[str, Path]
 
     @property
@@ -514,18 +515,26 @@ def network_blocks(results: Results, surrogate: str) -> list:
     if history.empty:
         caption = "The model was trained elsewhere and came without learning curves."
     else:
-        best = history.loc[history.val_loss.idxmin()]
         first, last = history.iloc[0], history.iloc[-1]
-        origin, use = "", ", whose weights are used"
-        if results.adopted_model:
-            origin, use = " of the adopted model, as they came with it,", ""
-        caption = (
-            f"Learning curves{origin} over {len(history)} epochs. Validation MSE goes from {first.val_loss:.3g} to its "
-            f"lowest, {best.val_loss:.3g} µm² (MAE {best.val_mae:.3g} µm), at epoch {best.epoch:.0f}{use}; in the last "
-            f"epoch it is {last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
-        )
-        if best.epoch == last.epoch and len(history) > 1 and not results.adopted_model:
-            caption += " The lowest value is in the last epoch: more epochs may lower it further."
+        used = None if results.adopted_model else results.weights_of[surrogate]
+        origin = " of the adopted model, as they came with it," if results.adopted_model else ""
+        caption = f"Learning curves{origin} over {len(history)} epochs. "
+        if history.val_loss.isna().all():
+            caption += (
+                f"There was no validation slurry. Training MSE goes from {first.loss:.3g} to {last.loss:.3g} µm² in "
+                "the last epoch."
+            )
+        else:
+            best = history.loc[history.val_loss.idxmin()]
+            of_lowest = ", whose weights are used" if used == "lowest" else ""
+            of_last = ", whose weights are used," if used == "last" else ""
+            caption += (
+                f"Validation MSE goes from {first.val_loss:.3g} to its lowest, {best.val_loss:.3g} µm² (MAE "
+                f"{best.val_mae:.3g} µm), at epoch {best.epoch:.0f}{of_lowest}; in the last epoch{of_last} it is "
+                f"{last.val_loss:.3g} µm², that of training {last.loss:.3g} µm²."
+            )
+            if best.epoch == last.epoch and len(history) > 1 and used == "lowest":
+                caption += " The lowest value is in the last epoch: more epochs may lower it further."
         caption += f" The study trains for {study.EPOCHS:,} epochs at batch {study.BATCH_SIZE}."
     return blocks + figure_block(results.figures, f"learning_curves_{surrogate}", "Fig. 2", caption)
 

@@ -99,9 +99,9 @@ def slurry_mb(wildcards, attempt):
 
 
 def last_frame(wildcards):
-    """Last frame of the DEM: a slurry of role `new` ends at the last input frame of all surrogates of the main job."""
+    """Last frame of the DEM: a slurry of role `new` ends at the last input frame, also of surrogates of the main job."""
     new = RUNS[wildcards.slurry].role == "new"
-    return max(max(input_frames(label)) for label in SURROGATES) if new else config["dem"]["frames"] - 1
+    return max(map(max, [INPUT_FRAMES, *map(input_frames, SURROGATES)])) if new else config["dem"]["frames"] - 1
 
 
 def dem_priority(wildcards):

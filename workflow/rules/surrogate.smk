@@ -84,7 +84,7 @@ else:
         conda:
             "../../envs/learning.yaml"
         params:
-            input_frames=INPUT_FRAMES,
+            input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         shell:
             "python {input.script:q} --surrogate {wildcards.surrogate:q} --trained {input.model:q}"
             " --input-frames {params.input_frames} --model {output.model:q} --history {output.history:q}"

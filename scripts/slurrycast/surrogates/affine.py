@@ -9,6 +9,7 @@ NAME = "affine"
 LOOKS_AT = "scaled coordinates of the particle itself in the last input frame, and the final box"
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = None
+WEIGHTS_OF = None
 LEARNS_FROM = None
 CONTINUES_DEM = False
 HAS_SPREAD = False

@@ -14,6 +14,7 @@ NAME = "early_dem"
 LOOKS_AT = "all particles, their velocities and contacts at the last input frame, and the forces of the DEM"
 BOX_RULE = "simulated"
 MODEL_FILE = None
+WEIGHTS_OF = None
 LEARNS_FROM = None
 CONTINUES_DEM = True
 HAS_SPREAD = False

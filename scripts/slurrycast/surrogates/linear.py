@@ -22,6 +22,7 @@ NAME = "linear"
 LOOKS_AT = "unwrapped coordinates of the particle itself in the input frames"
 BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.json"
+WEIGHTS_OF = None
 LEARNS_FROM = "samples"
 CONTINUES_DEM = False
 HAS_SPREAD = False

@@ -49,7 +49,9 @@ LOOKS_AT = (
 )
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
+WEIGHTS_OF = "last"
 LEARNS_FROM = "frames"
+LEAST_FRAMES = 2  # of the input: motion is a difference of two
 CONTINUES_DEM = False
 HAS_SPREAD = True
 VARIANT = None
@@ -66,9 +68,9 @@ INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um
 OF_PAIRS = ("receivers", "senders", "separation_um")
 COMPILED_FROM = 30_000  # particles times members: a compiled prediction takes half as long, but seconds to compile
 SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
-# Weights between layers learn by Muon, which makes every direction of a step equally long and needs fewer steps than
-# Adam; what is fed in or comes out learns by Adam, at this share of the rate.
-LEARN_BY_ADAM = ("state", "vectors", "move", "doubt", "log_variance")
+# Weights learn by Muon, which makes every direction of a step equally long and needs fewer steps than Adam; but the
+# layers that take the inputs in or give the variance, and biases and norms, learn by Adam at this share of the rate.
+LEARN_BY_ADAM = ("state", "vectors", "doubt", "log_variance")
 ADAM_SHARE = 0.3
 
 
@@ -99,7 +101,7 @@ def neighbour_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: fl
     """Receivers (m,), senders (m,) and separations (m, 3) of all ordered pairs closer than the cutoff, sorted.
 
     Positions (n, 3) in a periodic box with edges (3,); InputError if the cutoff is above half the shortest edge, where
-    a particle would have to hear from two images of another.
+    a particle would have to hear from two images of another, or so short that there are no pairs.
     """
     from scipy.spatial import cKDTree
 
@@ -111,6 +113,11 @@ def neighbour_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: fl
     inside_um = np.mod(position_um, edges_um)
     inside_um[inside_um >= edges_um] = 0.0  # a rounded -1e-17
     pairs = cKDTree(inside_um, boxsize=edges_um).query_pairs(cutoff_um, output_type="ndarray")
+    if not len(pairs):
+        raise InputError(
+            f"surrogate.neighbours.cutoff_um = {cutoff_um:g}: must be above the distance of the closest particles, "
+            "no two are neighbours"
+        )
     receivers, senders = np.concatenate([pairs, pairs[:, ::-1]]).T
     order = np.lexsort((senders, receivers))
     receivers, senders = receivers[order], senders[order]
@@ -312,11 +319,17 @@ class _Training:
         self.answer, self.step = answer, step
 
     def member(
-        self, number: int, lessons: Sequence[Sequence[Lesson]], tests: Sequence[Lesson], work: Path
+        self,
+        number: int,
+        lessons: Sequence[Sequence[Lesson]],
+        tests: Sequence[Lesson],
+        work: Path,
+        earlier: Mapping[str, float],
     ) -> tuple["keras.Model", Progress]:
         """Train one member, whose seed follows from the run's, or go on with it.
 
-        `lessons` are those of each training slurry, one for each of its windows of input frames.
+        `lessons` are those of each training slurry, one for each of its windows of input frames; `earlier` is the cost
+        of attempts before this one, as far as the members before know it.
         """
         import keras
         import tensorflow as tf
@@ -330,7 +343,7 @@ class _Training:
         now = {"weights": [weights.numpy() for weights in member.trainable_variables], "optimizer": self.unused}
         arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
         identity = fingerprint(arrays, {**settings, "member": number})
-        checkpoint, progress = work / f"checkpoint_{number}.h5", Progress()
+        checkpoint, progress = work / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
         if found := read_checkpoint(checkpoint, identity, name):
             now, progress = found
         for key, variables in self.state.items():
@@ -411,10 +424,10 @@ def fit(
     training = _Training(shape, len(lessons[0][0].moved_um), settings)
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        member, progress = training.member(number, lessons, tests, Path(work_directory))
+        member, progress = training.member(number, lessons, tests, Path(work_directory), earlier)
         members.append(member)
         histories.append(progress.history)
-        earlier = {clock: max(earlier[clock], progress.earlier[clock]) for clock in earlier}
+        earlier = progress.earlier
     rows = [
         ",".join([str(epoch), *("" if np.isnan(value) else repr(float(value)) for value in row)])
         for epoch, row in enumerate(np.mean(histories, axis=0), start=1)
@@ -422,8 +435,6 @@ def fit(
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
     with moved_into_place(model_path) as part:
         neighbour_network.joined(members).save(part)
-    for checkpoint in Path(work_directory).glob("checkpoint_*.h5"):
-        checkpoint.unlink()
     return earlier
 
 
@@ -455,12 +466,13 @@ def _answers(model: "keras.Model", seen: Graph) -> tuple[np.ndarray, np.ndarray]
 def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
     """Final unwrapped coordinates in um, in the final box of the question, and their spread (n, 3).
 
-    InputError if the file is no model of this kind or does not fit the question.
+    Neighbours are those within the cutoff that the model was trained with, whatever `settings` say. InputError if the
+    file is no model of this kind or does not fit the question.
     """
     start_keras()
     import keras
 
-    from slurrycast.surrogates import neighbour_network  # noqa: F401 - registers its layers
+    from slurrycast.surrogates import neighbour_network
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
@@ -473,7 +485,13 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
     if n_phases != len(question.particles.phase_names):
         known = len(question.particles.phase_names)
         raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {question.slurry} has {known}")
-    seen = graph(question.particles, question.frames, question.final_edges_um, settings["cutoff_um"])
+    (cutoff_um,) = {
+        layer.cutoff_um
+        for member in model.layers
+        for layer in getattr(member, "layers", ())
+        if isinstance(layer, neighbour_network.Interaction)
+    }
+    seen = graph(question.particles, question.frames, question.final_edges_um, cutoff_um)
     moved_um, log_variance = _answers(model, seen)
     variance_um2 = np.exp(log_variance).mean(axis=1) + moved_um.var(axis=1)
     return Prediction(seen.affine_um + moved_um.mean(axis=1), spread_um=np.sqrt(variance_um2))

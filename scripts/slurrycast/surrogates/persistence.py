@@ -9,6 +9,7 @@ NAME = "persistence"
 LOOKS_AT = "unwrapped coordinates of the particle itself in the last input frame"
 BOX_RULE = "last_frame"
 MODEL_FILE = None
+WEIGHTS_OF = None
 LEARNS_FROM = None
 CONTINUES_DEM = False
 HAS_SPREAD = False

@@ -40,6 +40,7 @@ NAME = "vgg16"
 LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
 BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.keras"
+WEIGHTS_OF = "lowest"
 LEARNS_FROM = "samples"
 CONTINUES_DEM = False
 HAS_SPREAD = False
@@ -350,7 +351,6 @@ def train(
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
     with moved_into_place(model_path) as part:
         plain.save(part)
-    checkpoint.unlink()
     return progress.earlier
 
 

@@ -37,6 +37,7 @@ LOOKS_AT = (
 )
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
+WEIGHTS_OF = "lowest"
 LEARNS_FROM = "samples"
 CONTINUES_DEM = False
 HAS_SPREAD = False
