@@ -341,12 +341,14 @@ def start_lines(folder: Path) -> list[str]:
                 cells += [f"{error[label].mean():.3f}", f"{skill[label]:.2f}", f"{share[label]:.1%}"]
                 cells += [f"{density[label]:.2%}", f"{rdf[label]:.2f}"]
             else:
-                cells += [""] * 5
+                cells += ["-"] * 5
         rows.append(f"| {' | '.join(cells)} |")
     for label in ("early_dem_x2", "early_dem_x10"):
         rows.append(f"`{label}` has a skill of {skill[label]:.2f} at {share[label]:.1%}")
     ratio = error.neighbours / error.affine
     rows.append(f"{ratio.mean():.2f} of the affine map's MSE on average, {ratio.min():.2f} to {ratio.max():.2f}")
+    assert skill.neighbours_f18 > skill.early_dem_x2 and share.neighbours_f18 < share.early_dem_x10
+    assert skill.affine_f24 > skill.neighbours_f18 and share.affine_f24 < share.neighbours_f18
     own = tables["skill"].query("surrogate == 'neighbours' and slurry in @test").skill
     rows.append(f"a skill of {own.mean():.2f} on average, {own.min():.2f} at worst")
     return rows
