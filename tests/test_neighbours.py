@@ -158,6 +158,16 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
     np.testing.assert_allclose(spread_um, np.exp(-2.5 / 2), rtol=1e-5)
 
 
+@pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
+def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, monkeypatch, log_variance, spread_um):
+    def answers(_, seen):
+        moved_um = np.zeros((len(seen.radius_um), 2, 3))
+        return moved_um, np.full((len(moved_um), 2, 1), log_variance)
+
+    monkeypatch.setattr(neighbours, "_answers", answers)
+    np.testing.assert_allclose(answer(model, *slurry())[1], spread_um)
+
+
 def test_answer_is_not_the_affine_map(model):
     history, edges_um = slurry()
     moved_um = answer(model, history, edges_um)[0] - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
