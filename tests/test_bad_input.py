@@ -577,6 +577,14 @@ BAD_VALUES = {
             "surrogate.neighbours.waypoints = [0.6, 0.4]: must be strictly increasing",
         ),
         (
+            "surrogate.neighbours.cutoff_um",
+            40,
+            (
+                "surrogate.neighbours.cutoff_um = 40: must be at most 2.697, half the shortest edge that slurry "
+                "T2 ends with"
+            ),
+        ),
+        (
             "surrogate.neighbours.layers",
             3,
             (

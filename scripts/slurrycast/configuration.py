@@ -317,17 +317,22 @@ def _whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[st
         )
 
 
+def _shortest_edges(config: Mapping, slurries: Sequence[Slurry]) -> list[tuple[float, str]]:
+    """Shortest edge in um that each slurry is expected to end with, and its id."""
+    formulation = config["formulation"]
+    pg_per_unit_um3 = formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    return [
+        (min(recipe.box_edges_um(slurry.mass_units * pg_per_unit_um3, slurry.thickness_ratio)), slurry.id)
+        for slurry in slurries
+    ]
+
+
 def _box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     formulation, skin_um = config["formulation"], config["dem"]["skin_um"]
     types = recipe.particle_types(formulation["phases"])
     cutoff_um = forcefield.largest_cutoff_um(types, config["force_field"]["lennard_jones"])
     least_um = 2 * (cutoff_um + skin_um)
-    narrow = []
-    for slurry in slurries:
-        volume_um3 = slurry.mass_units * formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
-        edge_um = min(recipe.box_edges_um(volume_um3, slurry.thickness_ratio))
-        if edge_um <= least_um:
-            narrow.append((edge_um, slurry.id))
+    narrow = [(edge_um, slurry_id) for edge_um, slurry_id in _shortest_edges(config, slurries) if edge_um <= least_um]
     if narrow:
         edge_um, slurry_id = min(narrow)
         yield (
@@ -431,6 +436,19 @@ def _labels(config: Mapping, _) -> Iterator[str]:
     for text in config["report"]["pictures"]:
         if text not in names:
             yield f"report.pictures: {_shown(text)}: must be one of surrogate.names, {', '.join(names)}"
+
+
+def _neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    labels = [*config["surrogate"]["names"], *config["yardsticks"]["surrogates"]]
+    cutoff_um = config["surrogate"]["neighbours"]["cutoff_um"]
+    if not any(label.partition("_")[0] == "neighbours" for label in labels) or not slurries:
+        return
+    edge_um, slurry_id = min(_shortest_edges(config, slurries))
+    if cutoff_um > edge_um / 2:
+        yield (
+            f"surrogate.neighbours.cutoff_um = {_shown(cutoff_um)}: must be at most {edge_um / 2:.4g}, half the "
+            f"shortest edge that slurry {slurry_id} ends with"
+        )
 
 
 def _waypoints(config: Mapping, _) -> Iterator[str]:
@@ -541,6 +559,11 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
         _labels,
         "surrogate.names yardsticks.surrogates report.pictures learning.input_frames learning.target_frame "
         "dem.restart_frames",
+    ),
+    (
+        _neighbours_cutoff,
+        "surrogate.names yardsticks.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
+        "formulation.expected_density_g_cm3",
     ),
     (_waypoints, "surrogate.neighbours"),
     (_model, "surrogate.names surrogate.model surrogate.packing_fraction"),
