@@ -237,6 +237,11 @@ def test_sentences_on_the_results(root, reference):
     assert f"reports {100 * sum(theirs) / len(theirs):.1f} % on average and {100 * max(theirs):.0f} %" in text
 
 
+def bar_row(words: str, bar: str, found: str, *, met: bool) -> str:
+    """A row of the table of what was to be reached."""
+    return f"| {words} | {bar} | {found} | {'met' if met else 'missed'} |"
+
+
 def neighbours_lines(folder: Path) -> list[str]:
     """What a run says of `neighbours` on its test slurries, in the words of docs/neighbours.md."""
     names = ("skill", "structure_errors", "front", "uncertainty", "cost", "relaxation")
@@ -322,7 +327,7 @@ def neighbours_lines(folder: Path) -> list[str]:
             own.mean() > skill["early_dem_x2"].mean(),
         ),
     ):
-        lines.append(f"| {words} | {bar} | {found} | {'met' if met else 'missed'} |")
+        lines.append(bar_row(words, bar, found, met=met))
     return lines
 
 
@@ -396,7 +401,7 @@ def start_lines(folder: Path) -> list[str]:
         ("mean skill, eight slurries of the demo, one member", 0.28, own.mean()),
         ("worst skill, the same", 0.20, own.min()),
     ):
-        rows.append(f"| {words} | {bar:.2f} | {found:.2f} | {'met' if found >= bar else 'missed'} |")
+        rows.append(bar_row(words, f"{bar:.2f}", f"{found:.2f}", met=found >= bar))
     return rows
 
 

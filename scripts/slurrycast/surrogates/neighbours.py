@@ -289,7 +289,7 @@ class _Training:
         )
         optimizer.build(network.trainable_variables)
         self.state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
-        self.unused = [variable.numpy() for variable in optimizer.variables]
+        self.fresh = [variable.numpy() for variable in optimizer.variables]
         signature = _signature(network)
         by_layer = neighbour_network.by_layer(network, n_stages)
 
@@ -341,7 +341,10 @@ class _Training:
         seed, epochs = derived_seed(settings["seed"], f"member {number}"), settings["epochs"]
         keras.utils.set_random_seed(seed)
         member = neighbour_network.build(**self.shape, name=f"member{number}")
-        now = {"weights": [weights.numpy() for weights in member.trainable_variables], "optimizer": self.unused}
+        now = {
+            "weights": [weights.numpy() for weights in member.trainable_variables],
+            "optimizer": self.fresh,
+        }
         arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
         identity = fingerprint(arrays, {**settings, "member": number})
         checkpoint, progress = work / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
