@@ -43,7 +43,7 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_locator(NullLocator())
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper right", frameon=True, edgecolor="none")  # over a peak of the curves it stays readable
     return figure
 
 
