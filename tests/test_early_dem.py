@@ -90,6 +90,7 @@ def test_lost_part_of_the_restart_file_is_an_error(question, monkeypatch, tmp_pa
     (tmp_path / "continue.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
     monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
     asked = question(60).continuation
+    places = asked.restart, asked.coefficients, asked.work
     variables = {
         "round_steps": 1,
         "max_rounds": 1,
@@ -98,7 +99,7 @@ def test_lost_part_of_the_restart_file_is_an_error(question, monkeypatch, tmp_pa
         "thermo_every_steps": 1,
     }
     with pytest.raises(RunError, match="dropped a part of the restart file"):
-        continue_dem(asked.launcher, asked.inputs, asked.restart, asked.coefficients, asked.work, variables)
+        continue_dem("continue.lmp", asked.launcher, asked.inputs, *places, variables)
 
 
 @pytest.mark.parametrize(("text", "faster"), [("x2", "2"), ("x32", "32"), ("x0", None), ("x", None), ("10", None)])

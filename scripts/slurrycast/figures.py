@@ -27,6 +27,7 @@ SURROGATE_COLOURS = {
     "vgg16": "#18858f",
     "vgg16_box": "#3f63b8",
     "neighbours": "#2f9e44",
+    "driven_dem": "#12a5d1",
     "early_dem": "#9b4fa0",
 }
 FURTHER_SURROGATE_COLOURS = ("#c0694e", "#3f8f68", "#b8952e", "#5f5aa8", "#4a6a7a")

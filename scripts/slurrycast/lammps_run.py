@@ -177,6 +177,7 @@ def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[
 
 
 def continue_dem(
+    script: str,
     launcher: Launcher,
     inputs: Mapping,
     restart: Path,
@@ -185,19 +186,21 @@ def continue_dem(
     variables: Mapping[str, object],
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Go on with the DEM of a slurry from `restart` by continue.lmp in `folder`; its end is continued.dump there.
+    """Go on with the DEM of a slurry from `restart` by a script, continue.lmp or drive.lmp, in `folder`.
 
-    `inputs` is the content of the slurry's inputs.json. `variables` are those of the script that its physics leave open
-    (round_steps, max_rounds, ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS
-    dropped the contact history that the restart file holds.
+    Its end is continued.dump or driven.dump there, its log has the script's name. `inputs` is the content of the
+    slurry's inputs.json. `variables` are those of the script that its physics leave open (round_steps, max_rounds,
+    ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS dropped the contact
+    history that the restart file holds.
     """
     physics = inputs["physics"]
     shutil.copyfile(restart, folder / "start.restart")
     shutil.copyfile(coefficients, folder / "coefficients.lmp")
     fixed = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
     every = {**force_field_variables(physics["force_field"], physics["dem"]), **fixed, **variables}
-    log = run_lammps(launcher, "continue.lmp", every, folder, "continue.log", progress)
-    refuse_lost_history(folder / "continue.log", restart)
+    name = f"{Path(script).stem}.log"
+    log = run_lammps(launcher, script, every, folder, name, progress)
+    refuse_lost_history(folder / name, restart)
     return log
 
 

@@ -26,6 +26,7 @@ FURTHER = [
     "vgg16_box",
     "vgg16_box_nobox",
     "affine_f02",
+    "driven_dem",
     "early_dem_x2",
     "early_dem_x10",
     "early_dem_x10_f02",

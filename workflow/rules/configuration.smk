@@ -200,7 +200,12 @@ def training_mb(wildcards, attempt):
 
 def goes_on(wildcards):
     """Whether the surrogate goes on with the DEM."""
-    return MODULES[wildcards.surrogate].CONTINUES_DEM
+    return MODULES[wildcards.surrogate].CONTINUES_DEM is not None
+
+
+def continuation_script(wildcards):
+    """The LAMMPS script by which a surrogate goes on with the DEM, if it does."""
+    return f"scripts/lammps/{MODULES[wildcards.surrogate].CONTINUES_DEM}" if goes_on(wildcards) else []
 
 
 def continuation_options(wildcards, input):
@@ -222,7 +227,8 @@ def prediction_group(wildcards):
 def prediction_minutes(wildcards, attempt):
     """Walltime of a prediction in minutes."""
     if goes_on(wildcards):
-        return lammps_minutes(wildcards, config["surrogate"]["early_dem"]["max_steps"], attempt)
+        settings = config["surrogate"][LABELS[wildcards.surrogate].name]
+        return lammps_minutes(wildcards, settings.get("max_steps", settings.get("steps")), attempt)
     return 10 * attempt
 
 

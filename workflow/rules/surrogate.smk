@@ -106,7 +106,7 @@ rule predict_slurry:
         ),
         inputs=lambda wildcards: rules.generate_inputs.output.inputs if goes_on(wildcards) else [],
         coefficients=lambda wildcards: rules.generate_inputs.output.coefficients if goes_on(wildcards) else [],
-        lammps=lambda wildcards: "scripts/lammps/continue.lmp" if goes_on(wildcards) else [],
+        lammps=continuation_script,
         run=lambda wildcards: rules.run_slurry.output.run if goes_on(wildcards) else [],  # the restart files are beside it
     output:
         predicted=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/predicted.h5",

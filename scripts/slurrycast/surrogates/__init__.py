@@ -10,7 +10,8 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     WEIGHTS_OF      of a model.keras: whose weights it has, of the epoch of the "lowest" validation loss or the "last"
     LEARNS_FROM     "samples" (particles of the training set, whatever their slurry), "frames" (whole slurries; then a
                     label may have a last input frame of its own), or None
-    CONTINUES_DEM   whether it goes on with the DEM from the restart file at the last input frame
+    CONTINUES_DEM   script of scripts/lammps by which it goes on with the DEM from the restart file at the last input
+                    frame, or None
     HAS_SPREAD      whether its predictions have a spread, from which their uncertainty is calibrated
     VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
     fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
@@ -48,6 +49,7 @@ _MODULES = {
     "vgg16": "slurrycast.surrogates.vgg16",
     "vgg16_box": "slurrycast.surrogates.vgg16_box",
     "neighbours": "slurrycast.surrogates.neighbours",
+    "driven_dem": "slurrycast.surrogates.driven_dem",
     "early_dem": "slurrycast.surrogates.early_dem",
 }
 NAMES = tuple(_MODULES)

@@ -11,7 +11,7 @@ BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = None
 WEIGHTS_OF = None
 LEARNS_FROM = None
-CONTINUES_DEM = False
+CONTINUES_DEM = None
 HAS_SPREAD = False
 VARIANT = None
 

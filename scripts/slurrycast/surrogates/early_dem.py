@@ -16,7 +16,7 @@ BOX_RULE = "simulated"
 MODEL_FILE = None
 WEIGHTS_OF = None
 LEARNS_FROM = None
-CONTINUES_DEM = True
+CONTINUES_DEM = "continue.lmp"
 HAS_SPREAD = False
 VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
 
@@ -34,6 +34,7 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
     round_steps, first = settings["flat_steps"], question.last.step
     rounds = settings["max_steps"] // round_steps
     log = continue_dem(
+        CONTINUES_DEM,
         going_on.launcher,
         going_on.inputs,
         going_on.restart,

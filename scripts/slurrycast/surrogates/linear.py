@@ -24,7 +24,7 @@ BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.json"
 WEIGHTS_OF = None
 LEARNS_FROM = "samples"
-CONTINUES_DEM = False
+CONTINUES_DEM = None
 HAS_SPREAD = False
 VARIANT = None
 

@@ -52,7 +52,7 @@ MODEL_FILE = "model.keras"
 WEIGHTS_OF = "last"
 LEARNS_FROM = "frames"
 LEAST_FRAMES = 2  # of the input: motion is a difference of two
-CONTINUES_DEM = False
+CONTINUES_DEM = None
 HAS_SPREAD = True
 VARIANT = None
 

@@ -42,7 +42,7 @@ BOX_RULE = "scale_of_prediction"
 MODEL_FILE = "model.keras"
 WEIGHTS_OF = "lowest"
 LEARNS_FROM = "samples"
-CONTINUES_DEM = False
+CONTINUES_DEM = None
 HAS_SPREAD = False
 # `vgg16_relative`: coordinates as a share of the box edges at the last input frame, so alike for boxes of all sizes. It
 # tells whether it matters that those of a large box lie outside what the network was trained on.

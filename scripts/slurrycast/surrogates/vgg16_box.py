@@ -39,7 +39,7 @@ BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
 WEIGHTS_OF = "lowest"
 LEARNS_FROM = "samples"
-CONTINUES_DEM = False
+CONTINUES_DEM = None
 HAS_SPREAD = False
 VARIANT = re.compile("(?P<change>absolute|xu|nobox)?")
 

@@ -1,0 +1,123 @@
+"""The DEM continued while its box is driven: it ends in the box asked for, keeps its contacts, and particles collide."""
+
+import json
+
+import numpy as np
+import pytest
+
+from slurrycast.files import RunError
+from slurrycast.frames import Frame, read_frames
+from slurrycast.lammps_log import read_log
+from slurrycast.lammps_run import Launcher
+from slurrycast.surrogates import driven_dem
+from slurrycast.surrogates.question import Continuation, Question
+
+FIRST, TARGET = 10, 120
+
+
+@pytest.fixture
+def question(slurry, tmp_path):
+    """A question that ends at frame 10, with the final box given by edges, or that of the target frame."""
+
+    def build(edges_um=None):
+        work = tmp_path / "work folder"
+        work.mkdir(exist_ok=True)
+        inputs = json.loads((slurry / "inputs.json").read_text())
+        restart = slurry / f"frame_{FIRST}.restart"
+        continuation = Continuation(restart, slurry / "coefficients.lmp", inputs, Launcher("lmp", "mpiexec", 1), work)
+        with read_frames(slurry / "frames.h5") as store:
+            frames = tuple(store.frame(k) for k in range(FIRST - 3, FIRST + 1))
+            final_edges_um = store.frame(TARGET).edges_um if edges_um is None else edges_um
+            return Question("A", store.particles, frames, final_edges_um, continuation)
+
+    return build
+
+
+def moved_um(position_um: np.ndarray, asked: Question) -> np.ndarray:
+    """Displacement (n, 3) from the affine map, without that of the whole slurry."""
+    moved = position_um - asked.last.position_um / asked.last.edges_um * asked.final_edges_um
+    return moved - moved.mean(axis=0)
+
+
+def largest_overlap(scaled: np.ndarray, asked: Question) -> float:
+    """Of all pairs in the final box, as a share of the sum of their radii."""
+    apart = scaled[:, None] - scaled
+    distance_um = np.linalg.norm((apart - np.round(apart)) * asked.final_edges_um, axis=2)
+    touch_um = asked.particles.radius_um[:, None] + asked.particles.radius_um
+    return float(np.max(np.where(np.eye(len(scaled)), 0, 1 - distance_um / touch_um)))
+
+
+def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(question):
+    asked = question()
+    position_um = driven_dem.predict(asked, None, {"steps": 1000}).position_um
+    log = read_log(asked.continuation.work / "drive.log")
+    np.testing.assert_allclose(log.thermo[-1, -3:], asked.final_edges_um, rtol=1e-9)
+    assert log.thermo[-1, 0] == 1000
+    affine = asked.last.position_um / asked.last.edges_um
+    assert largest_overlap(position_um / asked.final_edges_um, asked) < 0.5 * largest_overlap(affine, asked)
+
+
+def test_is_nearer_to_the_end_of_the_dem_than_the_affine_map(question, slurry):
+    asked = question()
+    driven_um = moved_um(driven_dem.predict(asked, None, {"steps": 1000}).position_um, asked)
+    with read_frames(slurry / "frames.h5") as store:
+        true_um = moved_um(store.frame(TARGET).position_um, asked)
+    assert np.mean((driven_um - true_um) ** 2) < 0.8 * np.mean(true_um**2)
+
+
+def test_box_follows_the_square_of_the_time_that_is_left(question):
+    asked = question()
+    driven_dem.predict(asked, None, {"steps": 500})
+    thermo = read_log(asked.continuation.work / "drive.log").thermo
+    left = (thermo[:, -3:] - asked.final_edges_um) / (asked.last.edges_um - asked.final_edges_um)
+    expected = (1 - thermo[:, 0] / 500) ** 2
+    assert len(thermo) == 11
+    np.testing.assert_allclose(left, np.broadcast_to(expected[:, None], left.shape), atol=1e-6)
+
+
+def test_a_box_of_another_shape_is_reached_too(question):
+    edges_um = question().final_edges_um * np.array([0.99, 1.01, 1.02])
+    asked = question(edges_um)
+    driven_dem.predict(asked, None, {"steps": 200})
+    thermo = read_log(asked.continuation.work / "drive.log").thermo
+    np.testing.assert_allclose(thermo[-1, -3:], edges_um, rtol=1e-9)
+
+
+def test_contact_history_goes_on_and_nothing_is_left_over(question):
+    asked = question()
+    driven_dem.predict(asked, None, {"steps": 10})
+    log = (asked.continuation.work / "drive.log").read_text()
+    assert "NEIGH_HISTORY" in log
+    assert "Unused restart file" not in log
+
+
+def test_the_same_question_gets_the_same_answer(question):
+    answers = [driven_dem.predict(question(), None, {"steps": 100}).position_um for _ in range(2)]
+    np.testing.assert_array_equal(*answers)
+
+
+def test_another_box_than_asked_for_is_an_error(question, monkeypatch):
+    """Nothing that LAMMPS is known to do; were it to, the prediction would be scaled without a word."""
+    from slurrycast import lammps_dump
+
+    asked = question()
+    read_dump = lammps_dump.read_dump
+
+    def larger(path):
+        for frame in read_dump(path):
+            frame.edges_um[:] *= 1.01
+            yield frame
+
+    monkeypatch.setattr(lammps_dump, "read_dump", larger)
+    with pytest.raises(RunError, match=r"^A: driven to a box of .* in place of .*drive\.log$"):
+        driven_dem.predict(asked, None, {"steps": 10})
+
+
+def test_needs_no_frame_but_the_last(question):
+    asked = question()
+    only: tuple[Frame, ...] = asked.frames[-1:]
+    one = driven_dem.predict(asked, None, {"steps": 50}).position_um
+    other = driven_dem.predict(
+        Question("A", asked.particles, only, asked.final_edges_um, asked.continuation), None, {"steps": 50}
+    )
+    np.testing.assert_array_equal(one, other.position_um)
