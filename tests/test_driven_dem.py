@@ -1,4 +1,4 @@
-"""The DEM continued while its box is driven: it ends in the box asked for, keeps its contacts, and particles collide."""
+"""The DEM continued while its box is driven: it ends in the box asked for, keeps its contacts, particles collide."""
 
 import json
 

@@ -312,23 +312,28 @@ def shrinking(*log_volumes: float) -> dict[int, np.ndarray]:
 
 
 def test_waypoints_are_shares_of_the_way_of_the_volume():
-    edges_um = shrinking(
-        5, 4, 3, 2.1, 1.9, 1, 1.2, 1
-    )  # from frame 1 on 3 to go, of which 1, 1.9, 2.1, 3, 2.8 and 3 are gone
+    # from frame 1 on 3 to go, of which 1, 1.9, 2.1, 3, 2.8 and 3 are gone
+    edges_um = shrinking(5, 4, 3, 2.1, 1.9, 1, 1.2, 1)
     settings = {"target_frame": 7, "waypoints": [0.3, 0.65, 0.95], "layers": 4}
-    assert neighbours.stages(edges_um, 1, settings) == [2, 4, 5, 7]
-    assert neighbours.stages(edges_um, 2, settings) == [3, 5, 5, 7]
-    assert neighbours.stages(edges_um, 6, settings) == [7, 7, 7, 7]
-    assert neighbours.stages(edges_um, 1, {**settings, "layers": 2}) == [5, 7]  # of the last layers
-    assert neighbours.stages(edges_um, 1, {**settings, "layers": 1}) == [7]
-    assert neighbours.stages(dict.fromkeys(range(8), np.ones(3)), 1, settings) == [2, 2, 2, 7]  # nothing to go
+
+    def stages(last_frame, **more):
+        found = neighbours.stages(edges_um, last_frame, {**settings, **more})
+        return [(one.before, one.after, pytest.approx(one.part)) for one in found]
+
+    end = (7, 7, 1.0)
+    assert stages(1) == [(1, 2, 0.9), (3, 4, 0.25), (4, 5, 0.25 / 0.3), end]
+    assert stages(6) == [(6, 7, 0.3), (6, 7, 0.65), (6, 7, 0.95), end]
+    assert stages(1, layers=2) == [(4, 5, 0.25 / 0.3), end]  # of the last layers
+    assert stages(1, layers=1) == [end]
+    edges_um = dict.fromkeys(range(8), np.ones(3))  # nothing to go
+    assert stages(1) == [(1, 2, 0.3), (1, 2, 0.65), (1, 2, 0.95), end]
 
 
 def test_frames_that_are_read_are_those_that_are_needed():
     edges_um = shrinking(*np.linspace(1, 0, 101))
     settings = {"input_frames": [8, 10], "earlier_frames": 1, "target_frame": 100, "waypoints": [0.5], "layers": 3}
-    assert neighbours.needed_frames(settings, edges_um) == [7, 8, 9, 10, 55, 100]
-    assert neighbours.needed_frames(settings, edges_um, moved=False) == [8, 10, 55, 100]
+    assert neighbours.needed_frames(settings, edges_um) == [7, 8, 9, 10, 54, 55, 100]
+    assert neighbours.needed_frames(settings, edges_um, moved=False) == [8, 10, 54, 55, 100]
     with pytest.raises(InputError, match="frame 101 is not among the frames 0 to 100"):
         neighbours.needed_frames({**settings, "target_frame": 101}, edges_um)
 
@@ -340,11 +345,14 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     seen = trajectory("T1", 1)
     own = neighbours.lesson(seen, [8, 9, 10], SETTINGS)
     assert own.moved_um.shape == (2, 60, 3)
-    for moved_um, number in zip(own.moved_um, (11, 120), strict=True):
-        there_um = seen.frames[number].position_um / seen.frames[number].edges_um * EDGES_UM
-        expected = there_um - own.seen.affine_um
+    scaled = {number: frame.position_um / frame.edges_um for number, frame in seen.frames.items()}
+    log_volume = {number: np.log(edges_um).sum() for number, edges_um in seen.edges_um.items()}
+    part = 0.08 * (log_volume[120] - log_volume[10]) / (log_volume[11] - log_volume[10])
+    assert 0.2 < part < 1
+    for moved_um, there in zip(own.moved_um, ((1 - part) * scaled[10] + part * scaled[11], scaled[120]), strict=True):
+        expected = there * EDGES_UM - own.seen.affine_um
         np.testing.assert_allclose(moved_um, expected - expected.mean(axis=0), atol=1e-6)
-    network = neighbour_network.build(11, 2, 3, 8, 4, 1.6, "net")
+    network = neighbour_network.build(11, 2, [0.5, 0.8, 1.0], 8, 4, 1.6, "net")
     for weights in network.weights:
         weights.assign(np.random.default_rng(0).normal(0, 0.3, weights.shape))
     inputs = [getattr(own.seen, name) for name in neighbours.INPUTS]
@@ -353,6 +361,43 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     np.testing.assert_allclose(both_um[-1], moved_um, atol=1e-6)
     np.testing.assert_allclose(same, log_variance, atol=1e-6)
     assert np.abs(both_um[0] - both_um[1]).max() > 1e-3
+
+
+def test_each_layer_stands_for_a_share_of_the_way():
+    settings = {"waypoints": [0.2, 0.6]}
+    assert neighbours.layer_shares({**settings, "layers": 3}) == [0.2, 0.6, 1.0]
+    assert neighbours.layer_shares({**settings, "layers": 5}) == [0.2, 0.2, 0.2, 0.6, 1.0]
+    assert neighbours.layer_shares({**settings, "layers": 2}) == [0.6, 1.0]  # of the last layers, as the stages are
+    assert neighbours.layer_shares({"waypoints": [], "layers": 2}) == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("share", "scale"), [(1.0, 1.0), (0.0, 1.2), (0.5, np.sqrt(1.2))])
+def test_gap_is_that_in_the_box_of_the_time(share, scale):
+    """Two that touch in a box `scale` times as wide as the final one get the answer of two that touch there."""
+    from slurrycast.surrogates import neighbour_network
+
+    layer = neighbour_network.Interaction(8, 4, 1.6, share)
+    layer.build()
+    rng = np.random.default_rng(0)
+    for weights in layer.weights:
+        weights.assign(rng.normal(0, 0.3, weights.shape))
+    n_distances = len(neighbour_network.DISTANCES_UM)
+    seen = layer.of_places.kernel.numpy()
+    seen[:n_distances] = seen[-3:-1] = 0  # deaf to the distance itself
+    layer.of_places.kernel.assign(seen)
+    left = np.full(2, -3 * np.log(1.2), dtype=np.float32)
+    state, vectors, moved_um = np.ones((2, 8), "f4"), np.zeros((2, 3, 4), "f4"), np.zeros((2, 3), "f4")
+
+    def answer(distance_um, radius_um, left):
+        apart = np.array([[distance_um, 0, 0], [-distance_um, 0, 0]], "f4")
+        layer.cutoff_um = 1.6 * distance_um  # whose envelope would tell the distance
+        radii_um = np.full(2, radius_um, "f4")
+        pairs = np.array([0, 1], "i4"), np.array([1, 0], "i4")
+        return layer.call(state, vectors, moved_um, radii_um, left, *pairs, apart)[0].numpy()
+
+    touching = answer(0.8 / scale, 0.4, left)
+    np.testing.assert_allclose(touching, answer(0.8, 0.4, np.zeros(2, "f4")), atol=1e-4)
+    assert np.abs(touching - answer(0.75 / scale, 0.4, left)).max() > 1e-3
 
 
 def test_shapes_are_few_and_fit_all():
@@ -375,7 +420,7 @@ def test_slurry_filled_up_gets_the_same_answer(shape):
     assert own.size[0] == 60 and own.size[1] < 3000
     more = neighbours.filled(own, [(60, own.size[1] - 1), shape], SETTINGS["cutoff_um"])
     assert more.size == shape
-    network = neighbour_network.build(11, 2, 3, 8, 4, 1.6, "net")
+    network = neighbour_network.build(11, 2, [0.5, 0.8, 1.0], 8, 4, 1.6, "net")
     for weights in network.weights:
         weights.assign(np.random.default_rng(0).normal(0, 0.3, weights.shape))
     expected, found = (network([getattr(one.seen, name) for name in neighbours.INPUTS]) for one in (own, more))
@@ -394,7 +439,7 @@ def test_step_on_a_slurry_filled_up_is_the_same_step():
     assert own.moved_um.shape == (1, 60, 3)
     more = neighbours.filled(own, [(77, 4000)], SETTINGS["cutoff_um"])
     keras.utils.set_random_seed(3)
-    shape = {"n_scalars": 11, "n_past": 2, "n_layers": 2, "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.5, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
     training = neighbours._Training(shape, 1, SETTINGS)
     start = [variable.numpy() for variable in (*training.network.weights, *training.optimizer.variables)]
     ends = []
@@ -413,7 +458,7 @@ def test_step_on_a_slurry_filled_up_is_the_same_step():
 
 
 def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
-    shape = {"n_scalars": 11, "n_past": 2, "n_layers": 2, "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.5, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
     training = neighbours._Training(shape, 1, SETTINGS)
     matrices = [variable for variable in training.network.trainable_variables if len(variable.shape) == 2]
     by_adam = {v.path.split("/")[-2] for v in matrices if training.optimizer._should_use_adamw(v)}

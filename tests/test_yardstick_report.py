@@ -16,6 +16,7 @@ from slurrycast.verdicts import deviations, quantity_name
 from slurrycast.yardstick_report import (
     Yardsticks,
     bar_sentences,
+    better_for_less_sentences,
     equal_cost_sentences,
     heading,
     payback_sentences,
@@ -179,6 +180,35 @@ def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(yardsticks):
         "net is dearer than any early_dem on 1 of 4 test slurries, 20.0% of the full DEM against 10.0%; beside the "
         "nearest: too few slurries to judge in coordinates, density and RDF"
     )
+
+
+def with_mse(yardsticks, cost, mse_um2) -> Yardsticks:
+    """The same with a surrogate without a network of such a cost and error."""
+    front = yardsticks.front[yardsticks.front.surrogate == "affine"]
+    front = front.assign(surrogate="rival", cost_share_of_full_dem=cost)
+    skill = yardsticks.skill[yardsticks.skill.surrogate == "affine"].assign(surrogate="rival", mse_um2=mse_um2)
+    return replace(yardsticks, front=pd.concat([yardsticks.front, front]), skill=pd.concat([yardsticks.skill, skill]))
+
+
+@pytest.mark.parametrize(
+    ("cost", "mse_um2", "said"),
+    [
+        (0.29, 0.05, "rival (0.050 um² at 29.0%) predicts coordinates better than net (0.081 um² at 30.0%) for less."),
+        (0.31, 0.05, None),
+        (0.29, 0.082, None),
+    ],
+)
+def test_what_does_better_for_less_is_named(yardsticks, cost, mse_um2, said):
+    said = said or "Nothing without a network predicts coordinates better than net (0.081 um² at 30.0%) for less."
+    yardsticks = replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2}))
+    assert better_for_less_sentences(with_mse(yardsticks, cost, mse_um2)) == [said]
+
+
+def test_a_network_is_no_rival_of_another(yardsticks):
+    both = replace(with_mse(yardsticks, 0.29, 0.05), networks=["net", "rival"])
+    one, other = better_for_less_sentences(both)
+    assert one.startswith("Nothing") and "than net (" in one
+    assert other.startswith("Nothing") and "than rival (" in other
 
 
 def test_without_any_early_dem_nothing_is_compared(yardsticks):

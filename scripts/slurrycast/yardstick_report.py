@@ -40,7 +40,7 @@ from slurrycast.verdicts import (
 )
 
 AFFINE = "affine"
-EARLY_DEM = "early_dem"
+GO_ON_WITH_THE_DEM = ("early_dem", "driven_dem")
 # Quantities that are judged together: the group's name and how they begin.
 # The packing fractions say the same as the density again; the largest overlap is that of a single contact.
 GROUPS = {"density": "density", "RDF": "rdf_", "contacts": "coordination_", "mean overlap": "overlap_mean"}
@@ -168,6 +168,30 @@ def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
     return sentences
 
 
+def better_for_less_sentences(yardsticks: Yardsticks) -> list[str]:
+    """What has no network, costs less than each network, and predicts coordinates better all the same."""
+    on_test = {
+        name: table[table.slurry.isin(yardsticks.test)].groupby("surrogate")[name].mean()
+        for table, name in ((yardsticks.skill, "mse_um2"), (yardsticks.front, "cost_share_of_full_dem"))
+    }
+    known = pd.DataFrame(on_test).dropna().sort_values("cost_share_of_full_dem")
+    words = {
+        label: f"{label} ({row.mse_um2:.3f} um² at {row.cost_share_of_full_dem:.1%})" for label, row in known.iterrows()
+    }
+    sentences = []
+    for network in yardsticks.networks:
+        if network not in words:
+            continue
+        rivals = known.drop(index=[label for label in yardsticks.networks if label in words])
+        better = rivals[(rivals < known.loc[network]).all(axis=1)].index
+        if better.empty:
+            sentences.append(f"Nothing without a network predicts coordinates better than {words[network]} for less.")
+        else:
+            those, verb = listed([words[label] for label in better]), "predicts" if len(better) == 1 else "predict"
+            sentences.append(f"{those} {verb} coordinates better than {words[network]} for less.")
+    return sentences
+
+
 def group_means(yardsticks: Yardsticks, surrogate: str, column: str) -> pd.DataFrame:
     """Mean of `column` of `relaxed` over each group of quantities: test slurries x groups."""
     own = yardsticks.relaxed(surrogate)
@@ -249,7 +273,7 @@ def bar_sentences(yardsticks: Yardsticks) -> list[str]:
 
 
 def _goes_on(label: str) -> bool:
-    return surrogate_family(label) == EARLY_DEM
+    return surrogate_family(label) in GO_ON_WITH_THE_DEM
 
 
 def bar_words(values: pd.Series, bar: float, form: str) -> str:
@@ -331,6 +355,8 @@ def verdict_section(yardsticks: Yardsticks) -> Section:
             Points(skill_sentences(yardsticks)),
             Heading("What it adds to the DEM itself, hurried on at equal cost"),
             Points(equal_cost_sentences(yardsticks)),
+            Heading("What does better for less"),
+            Points(better_for_less_sentences(yardsticks)),
             Heading("Whether affine and relaxation do as well"),
             Points(tie_sentences(yardsticks)),
             Heading("Whether the best surrogate keeps to the bars"),

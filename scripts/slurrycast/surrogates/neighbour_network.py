@@ -19,8 +19,13 @@ MOVE_UM = 0.1  # typical move by one layer, for weights of order 1
 NEIGHBOURS = 5.0  # typical number of close ones, for sums of order 1
 DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width of the basis of distances
 DISTANCE_WIDTH_UM = 0.15
-GAPS_UM = np.linspace(-0.25, 0.75, 9, dtype=np.float32)  # of distances between surfaces, below 0 where two overlap
-GAP_WIDTH_UM = 0.1
+# The same of gaps between surfaces, below 0 where two overlap, as asinh(gap / CONTACT_UM): by 10 nm near contact, where
+# forces begin, and as coarse as the distances far from it, from -0.3 to 0.8 um.
+CONTACT_UM = 0.03
+GAPS = np.linspace(-3.0, 4.0, 12, dtype=np.float32)
+GAP_WIDTH = 0.6
+TYPICAL_OVERLAP_UM = 0.05
+LEFT = -2  # place among the scalars of how much the box has still to shrink
 VECTOR_GAIN = 0.1  # largest share by which scalars change a vector's length in one layer
 LOG_VARIANCE = -2.5  # of um2, before training
 
@@ -36,11 +41,14 @@ def bounded(vectors):
 
 @keras.saving.register_keras_serializable("slurrycast")
 class Interaction(layers.Layer):
-    """One exchange of messages, and the move that follows from it."""
+    """One exchange of messages, and the move that follows from it.
 
-    def __init__(self, width: int, n_vectors: int, cutoff_um: float, **kwargs) -> None:
+    `share` is that of its way to the final one, by the logarithm of the volume, at which the box is after the move.
+    """
+
+    def __init__(self, width: int, n_vectors: int, cutoff_um: float, share: float, **kwargs) -> None:
         super().__init__(**kwargs)
-        self.width, self.n_vectors, self.cutoff_um = width, n_vectors, cutoff_um
+        self.width, self.n_vectors, self.cutoff_um, self.share = width, n_vectors, cutoff_um, share
         # the first layer of a message, as a sum of what receiver, sender and their places contribute
         self.of_receiver = layers.Dense(width)
         self.of_sender = layers.Dense(width, use_bias=False)
@@ -56,12 +64,12 @@ class Interaction(layers.Layer):
 
     def get_config(self) -> dict:
         """Arguments of the constructor."""
-        own = {"width": self.width, "n_vectors": self.n_vectors, "cutoff_um": self.cutoff_um}
+        own = {name: getattr(self, name) for name in ("width", "n_vectors", "cutoff_um", "share")}
         return {**super().get_config(), **own}
 
     def build(self, *_) -> None:
         """Make the weights."""
-        n_places = len(DISTANCES_UM) + len(GAPS_UM) + 2 * self.n_vectors + 2
+        n_places = len(DISTANCES_UM) + len(GAPS) + 2 * self.n_vectors + 3
         received = 2 * self.width + 2 * self.n_vectors
         for layer, width in (
             (self.of_receiver, self.width),
@@ -82,22 +90,29 @@ class Interaction(layers.Layer):
         """Shapes as they came in; said here because Keras finds them by tracing, which is most of loading a model."""
         return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved_um))
 
-    def call(self, state, vectors, moved_um, radius_um, receivers, senders, separation_um):
-        """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below."""
+    def call(self, state, vectors, moved_um, radius_um, left, receivers, senders, separation_um):
+        """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below.
+
+        `left` (n,) is the logarithm of the final volume of the box, less that at the last input frame.
+        """
         known = bounded(vectors)
         own, theirs = tf.gather(known, receivers), tf.gather(known, senders)
         apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
         distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
         direction = apart_um / distance_um
-        gap_um = distance_um - (tf.gather(radius_um, senders) + tf.gather(radius_um, receivers))[:, None]
+        touch_um = (tf.gather(radius_um, senders) + tf.gather(radius_um, receivers))[:, None]
+        # places are in the final box, but two touch in the box of that time
+        stretch = tf.exp((self.share - 1) / 3 * tf.gather(left, receivers))[:, None]
+        gap_um = stretch * distance_um - touch_um
         places = tf.concat(
             [
                 tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
-                tf.exp(-(((gap_um - GAPS_UM) / GAP_WIDTH_UM) ** 2)),
+                tf.exp(-(((tf.asinh(gap_um / CONTACT_UM) - GAPS) / GAP_WIDTH) ** 2)),
                 tf.reduce_sum(direction[:, :, None] * own, axis=1),
                 tf.reduce_sum(direction[:, :, None] * theirs, axis=1),
                 distance_um,
-                gap_um,
+                distance_um - touch_um,
+                tf.nn.relu(-gap_um) / TYPICAL_OVERLAP_UM,
             ],
             axis=1,
         )
@@ -130,13 +145,15 @@ class Interaction(layers.Layer):
 
 
 def build(
-    n_scalars: int, n_past: int, n_layers: int, width: int, n_vectors: int, cutoff_um: float, name: str
+    n_scalars: int, n_past: int, shares: Sequence[float], width: int, n_vectors: int, cutoff_um: float, name: str
 ) -> keras.Model:
     """Make the network with random weights; it begins as the affine map, with no displacement at all.
 
-    Inputs, of n particles and m directed neighbour pairs: scalars (n, `n_scalars`), past (n, 3, `n_past`), radius_um
-    (n,), receivers (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement (n, 3) in
-    um, and the logarithm of its variance per coordinate (n, 1), in um2.
+    It has a layer for each of `shares`, see `Interaction`. Inputs, of n particles and m directed neighbour pairs:
+    scalars (n, `n_scalars`), of which that in LEFT is the logarithm of the final volume of the box, less that at the
+    last input frame; past (n, 3, `n_past`), radius_um (n,), receivers (m,) and senders (m,), separation_um (m, 3) from
+    receiver to sender. Outputs: displacement (n, 3) in um, and the logarithm of its variance per coordinate (n, 1), in
+    um2.
     """
     scalars = keras.Input((n_scalars,), name="scalars")
     past = keras.Input((3, n_past), name="past")
@@ -147,9 +164,12 @@ def build(
     state = layers.Dense(width, name="state")(scalars)
     vectors = layers.Dense(n_vectors, use_bias=False, name="vectors")(past)
     moved_um = layers.Rescaling(0.0, name="affine")(past[:, :, 0])
-    for number in range(1, n_layers + 1):
-        interaction = Interaction(width, n_vectors, cutoff_um, name=f"interaction{number}")
-        state, vectors, moved_um = interaction(state, vectors, moved_um, radius_um, receivers, senders, separation_um)
+    left = scalars[:, LEFT]
+    for number, share in enumerate(shares, start=1):
+        interaction = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")
+        state, vectors, moved_um = interaction(
+            state, vectors, moved_um, radius_um, left, receivers, senders, separation_um
+        )
     log_variance = layers.Dense(width, activation="silu", name="doubt")(state)
     log_variance = layers.Dense(
         1, kernel_initializer="zeros", bias_initializer=keras.initializers.Constant(LOG_VARIANCE), name="log_variance"

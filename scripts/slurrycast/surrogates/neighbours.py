@@ -2,9 +2,9 @@
 
 A particle of the affine prediction (the last input frame in the final box) hears from all within `cutoff_um` of it, by
 the nearest periodic image. Nodes know phase, radius, contacts in the input frames, by how far they left the affine map
-from each input frame to the next, how much the box has still to shrink and how fast it does; edges know distance, gap
-and the relative motion. The network (neighbour_network.py) answers with a displacement in um and the logarithm of its
-variance. Absolute places never enter.
+from each input frame to the next, how much the box has still to shrink and how fast it does; edges know distance, the
+gap between surfaces in the box of the time that a layer stands for, and the relative motion. The network
+(neighbour_network.py) answers with a displacement in um and the logarithm of its variance. Absolute places never enter.
 
 It learns from whole slurries, from their input frames and from the same number of frames that end up to
 `earlier_frames` before these, one of these windows at random in each epoch: the same way to the same end, and as loose
@@ -183,18 +183,40 @@ def windows(input_frames: Sequence[int], earlier_frames: int) -> list[list[int]]
     return [frames for frames in moved if frames[0] >= 0]
 
 
-def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mapping) -> list[int]:
-    """Frames of the waypoints after the last input frame, and the target; one for each of the last layers.
+@dataclass(frozen=True)
+class Stage:
+    """A time between two frames that follow each other: `part` of the way from the one before to the one after."""
 
-    The frame of a waypoint is the first at which the logarithm of the volume has gone that share of its way to the
-    target frame; `edges_um` (3,) of the box at all frames.
+    before: int
+    after: int
+    part: float
+
+
+def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mapping) -> list[Stage]:
+    """When the waypoints after the last input frame are reached, and the target; one for each of the last layers.
+
+    A waypoint is reached when the logarithm of the volume has first gone that share of its way to the target frame;
+    `edges_um` (3,) of the box at all frames.
     """
-    later = range(last_frame + 1, settings["target_frame"] + 1)
-    log_volumes = {k: np.log(edges_um[k]).sum() for k in (last_frame, *later)}
-    start, end = log_volumes[last_frame], log_volumes[later[-1]]
-    share = {k: (log_volumes[k] - start) / (end - start) if end != start else 1.0 for k in later}
-    on_the_way = [next(k for k in later if share[k] >= waypoint) for waypoint in settings["waypoints"]]
-    return [*on_the_way, later[-1]][-settings["layers"] :]
+    target = settings["target_frame"]
+    log_volumes = {k: np.log(edges_um[k]).sum() for k in range(last_frame, target + 1)}
+    start, end = log_volumes[last_frame], log_volumes[target]
+    share = {
+        k: (value - start) / (end - start) if end != start else float(k > last_frame)
+        for k, value in log_volumes.items()
+    }
+    found = []
+    for waypoint in settings["waypoints"]:
+        after = next(k for k in share if share[k] >= waypoint)
+        before = after - 1
+        found.append(Stage(before, after, (waypoint - share[before]) / (share[after] - share[before])))
+    return [*found, Stage(target, target, 1.0)][-settings["layers"] :]
+
+
+def layer_shares(settings: Mapping) -> list[float]:
+    """Share of its way at which the box is after each layer; what comes before the first waypoint is as far as that."""
+    ends = [*settings["waypoints"], 1.0][-settings["layers"] :]
+    return [ends[0]] * (settings["layers"] - len(ends)) + ends
 
 
 def needed_frames(settings: Mapping, edges_um: Mapping[int, np.ndarray], *, moved: bool = True) -> list[int]:
@@ -207,17 +229,22 @@ def needed_frames(settings: Mapping, edges_um: Mapping[int, np.ndarray], *, move
         raise InputError(f"frame {target} is not among the frames {min(edges_um)} to {max(edges_um)}")
     found = set()
     for frames in windows(settings["input_frames"], settings["earlier_frames"] if moved else 0):
-        found |= {*frames, *stages(edges_um, frames[-1], settings)}
+        ends = stages(edges_um, frames[-1], settings)
+        found.update(frames, (stage.before for stage in ends), (stage.after for stage in ends))
     return sorted(found)
 
 
 def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Lesson:
     """What is to be learned from a slurry when these are its input frames, in its true final box."""
     frames = [trajectory.frames[k] for k in input_frames]
-    ends = [trajectory.frames[k] for k in stages(trajectory.edges_um, input_frames[-1], settings)]
-    final_edges_um = ends[-1].edges_um
+    final_edges_um = trajectory.edges_um[settings["target_frame"]]
     seen = graph(trajectory.particles, frames, final_edges_um, settings["cutoff_um"])
-    moved_um = np.stack([scaled_places(end) * final_edges_um - seen.affine_um for end in ends])
+    ends = [
+        (1 - stage.part) * scaled_places(trajectory.frames[stage.before])
+        + stage.part * scaled_places(trajectory.frames[stage.after])
+        for stage in stages(trajectory.edges_um, input_frames[-1], settings)
+    ]
+    moved_um = np.stack([end * final_edges_um - seen.affine_um for end in ends])
     moved_um -= moved_um.mean(axis=1, keepdims=True)  # a common shift has no meaning in a periodic box
     return Lesson(seen, moved_um.astype(np.float32))
 
@@ -420,7 +447,7 @@ def fit(
     shape = {
         "n_scalars": lessons[0][0].seen.scalars.shape[1],
         "n_past": lessons[0][0].seen.past.shape[2],
-        "n_layers": settings["layers"],
+        "shares": layer_shares(settings),
         "width": settings["width"],
         "n_vectors": settings["vectors"],
         "cutoff_um": settings["cutoff_um"],
