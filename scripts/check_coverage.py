@@ -4,7 +4,7 @@ In: frame stores (HDF5) of the training slurries and of those that are predicted
 Out: a table (CSV) of one row a predicted slurry and quantity: its value, the least and greatest one of the training
 slurries, and whether it is outside (yes, no). Quantities are the number of particles, the shortest and longest edge of
 the box (um) and its Lz/Lx, the density (g/cm3), the number fraction of each phase and the mean radius over the
-particles (um).
+particles (um). A network that learned from earlier frames too has seen the densities there: they belong to the range.
 
 Particles, edges and density are outside as soon as they leave the range of the training slurries. Lz/Lx, which a run
 keeps, is not while it leaves by no more than 1e-9 of itself, its rounding. Fractions and the mean radius of one recipe
@@ -13,6 +13,7 @@ each phase and a particle of each of its size classes, would be inside.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -25,10 +26,11 @@ from slurrycast.files import InputError, write_text
 from slurrycast.frames import read_frames
 
 
-def read_state(path: Path, frame: int) -> tuple[str, State]:
-    """Read id and state of a slurry at `frame`."""
+def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str, State, list[float]]:
+    """Read id and state of a slurry at `frame`, and its densities (g/cm3) at `earlier` frames."""
     with read_frames(path) as store:
-        return str(store.attributes["slurry"]), state(store, frame)
+        densities_g_cm3 = [store.density_g_cm3(number) for number in earlier]
+        return str(store.attributes["slurry"]), state(store, frame), densities_g_cm3
 
 
 def parse_args() -> argparse.Namespace:
@@ -40,10 +42,22 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: DEM frames of the others")
     parser.add_argument("--roles", nargs="+", required=True, help="role of each of --predicted, in order")
     parser.add_argument("--last-input-frame", type=int, required=True, help="number of the frame that is looked at")
+    parser.add_argument(
+        "--first-input-frame",
+        type=int,
+        help="number of the frame from which on the density was seen (default: the last)",
+    )
     parser.add_argument("--table", type=Path, required=True, help="out: table of slurries and quantities (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "roles")
+    if args.first_input_frame is None:
+        args.first_input_frame = args.last_input_frame
+    if not 0 <= args.first_input_frame <= args.last_input_frame:
+        parser.error(
+            f"--first-input-frame {args.first_input_frame}: must be from 0 to --last-input-frame "
+            f"{args.last_input_frame}"
+        )
     return args
 
 
@@ -51,13 +65,16 @@ def main() -> None:
     """Compare every slurry and write the table; those outside are said too."""
     args = parse_args()
     with measured_cost(args.cost, "check_coverage"):
-        training = [read_state(path, args.last_input_frame)[1] for path in args.training]
+        earlier = range(args.first_input_frame, args.last_input_frame)
+        read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
+        training = [own for _, own, _ in read]
+        earlier_g_cm3 = [density for *_, densities_g_cm3 in read for density in densities_g_cm3]
         rows = []
         for path, role in zip(args.predicted, args.roles, strict=True):
-            slurry, own = read_state(path, args.last_input_frame)
+            slurry, own, _ = read_state(path, args.last_input_frame)
             if own.particles.phase_names != training[0].particles.phase_names:
                 raise InputError(f"{path}: has other phases than {args.training[0]}")
-            found = coverage(own, training)
+            found = coverage(own, training, earlier_g_cm3)
             outside = [name for name, values in found.items() if values.outside]
             if outside:
                 print(f"[{slurry}] outside what training covered: {', '.join(outside)}")

@@ -232,6 +232,36 @@ def test_script_writes_the_table(frames_of, command, tmp_path):
     assert read_cost(cost).stage == "check_coverage"
 
 
+def test_densities_of_earlier_frames_belong_to_the_range():
+    training = [slurry(500.0), slurry(500.0, (3.0, 3.0, 5.5))]
+    looser = slurry(500.0, (3.0, 3.0, 6.6))
+    assert coverage(looser, training)["density_g_cm3"].outside
+    least = looser.density_g_cm3 * 0.99
+    found = coverage(looser, training, [least, training[0].density_g_cm3])["density_g_cm3"]
+    assert (found.outside, found.training_min, found.training_max) == (False, least, training[1].density_g_cm3)
+    assert coverage(looser, training, [least])["longest_edge_um"].outside  # nothing else widens
+
+
+def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
+    """Of a slurry that gets denser from frame 8 to 10; the other one is at frame 10 as dense as that at 9."""
+    nowhere = np.zeros((len(recipe(300.0)), 3))
+    for name, numbers in (("T1", (8, 9, 10)), ("2", (10,))):
+        frames = []
+        for number in numbers:
+            edges_um = np.array([3.0, 3.0, {8: 6.4, 9: 6.2, 10: 6.0 if name == "T1" else 6.2}[number]])
+            frames.append(Frame(number, 500, 1.0, nowhere, nowhere, nowhere[:, 0], -edges_um / 2, edges_um))
+        write_frames(tmp_path / f"{name}.h5", slurry(300.0).particles, frames, {"slurry": name})
+    options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
+    options |= {"table": tmp_path / "a.csv", "cost": tmp_path / "c.json"}
+    for first, outside in ((8, "no"), (9, "no"), (10, "yes")):
+        subprocess.run(command("check_coverage", **options, first_input_frame=first), check=True)
+        rows = read_table(tmp_path / "a.csv").set_index("quantity")
+        assert rows.outside["density_g_cm3"] == outside
+    done = subprocess.run(command("check_coverage", **options, first_input_frame=11), capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr == "error: --first-input-frame 11: must be from 0 to --last-input-frame 10\n"
+
+
 def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):
     options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10}
     options |= {"table": tmp_path / "coverage.csv", "cost": tmp_path / "cost.json"}

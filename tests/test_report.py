@@ -15,7 +15,7 @@ from slurrycast import study
 from slurrycast.files import InputError
 from slurrycast.network_table import read_network
 from slurrycast.page import duration, listed, span
-from slurrycast.report import Results, gain_over_affine, report_html, study_differences, warnings
+from slurrycast.report import Results, extrapolations, gain_over_affine, report_html, study_differences, warnings
 from slurrycast.speedup import HYBRID_PARTS, dem_seconds, time_unit
 from slurrycast.verdicts import TIE_RULE, judged, judged_list
 
@@ -344,6 +344,22 @@ def test_warnings_come_from_the_data(results):
         "1.45 to 1.55; predictions of surrogates that learned extrapolate."
     )
     assert len(notices) == 3
+
+
+def test_slurries_outside_in_the_same_quantities_share_a_warning(results):
+    rows = [
+        ("2", "particles", 200.0, 100.0, 150.0, "yes"),
+        ("2", "density_g_cm3", 1.4, 1.3, 1.5, "no"),
+        ("6", "particles", 500.0, 100.0, 150.0, "yes"),
+        ("6", "density_g_cm3", 1.4, 1.3, 1.5, "no"),
+        ("7", "particles", 400.0, 100.0, 150.0, "yes"),
+        ("7", "density_g_cm3", 1.2, 1.3, 1.5, "yes"),
+    ]
+    columns = ["slurry", "quantity", "value", "training_min", "training_max", "outside"]
+    both, one = extrapolations(replace(results, coverage=pd.DataFrame(rows, columns=columns)))
+    said = "training covered 100 to 150; predictions of surrogates that learned extrapolate."
+    assert both == f"Slurries 2 and 6: 200 to 500 particles, {said}"
+    assert one.startswith("Slurry 7: 400 particles, training covered 100 to 150; density at the last input frame 1.2 g")
 
 
 def test_a_sound_run_has_no_warnings(results):

@@ -131,8 +131,13 @@ def covered(value: Value, training: Sequence[Value]) -> Covered:
     )
 
 
-def coverage(slurry: State, training: Sequence[State]) -> dict[str, Covered]:
-    """Compare each quantity of a slurry with those of the training slurries."""
+def coverage(slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()) -> dict[str, Covered]:
+    """Compare each quantity of a slurry with those of the training slurries.
+
+    `earlier_g_cm3` are densities at which these were seen too, in frames before the last input frame.
+    """
     types = types_of(each.particles for each in (slurry, *training))
     known = [quantities(each, types) for each in training]
-    return {name: covered(value, [each[name] for each in known]) for name, value in quantities(slurry, types).items()}
+    ranges = {name: [each[name] for each in known] for name in known[0]}
+    ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
+    return {name: covered(value, ranges[name]) for name, value in quantities(slurry, types).items()}

@@ -191,13 +191,24 @@ def warnings(results: Results) -> list[str]:
 
 
 def extrapolations(results: Results) -> list[str]:
-    """A sentence on each slurry that lies outside what training covered; none where that is not known."""
+    """What slurries lie outside what training covered in, one sentence for all that do so in the same quantities.
+
+    None where it is not known what training covered.
+    """
     if results.coverage is None:
         return []
+    outside = results.coverage[results.coverage.outside == "yes"]
+    alike = {}
+    for slurry, rows in outside.groupby("slurry", sort=False):
+        alike.setdefault(tuple(rows.quantity), []).append(slurry)
     sentences = []
-    for slurry, rows in results.coverage[results.coverage.outside == "yes"].groupby("slurry", sort=False):
-        parts = [f"{covered_text(row)}, training covered {covered_range(row)}" for row in rows.itertuples()]
-        sentences.append(f"Slurry {slurry}: {'; '.join(parts)}; predictions of surrogates that learned extrapolate.")
+    for quantities, slurries in alike.items():
+        own = outside[outside.slurry.isin(slurries)]
+        parts = [covered_text(own[own.quantity == quantity]) for quantity in quantities]
+        those = named(slurries)
+        sentences.append(
+            f"{those[0].upper()}{those[1:]}: {'; '.join(parts)}; predictions of surrogates that learned extrapolate."
+        )
     return sentences
 
 
@@ -220,10 +231,11 @@ def covered_words(quantity: str) -> tuple[str, str, str, str]:
     return f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f"
 
 
-def covered_text(row: NamedTuple) -> str:
-    """Text of a row of tables/coverage.csv: the quantity and its value."""
-    _, before, behind, form = covered_words(row.quantity)
-    return f"{before}{format(row.value, form)}{behind}"
+def covered_text(rows: pd.DataFrame) -> str:
+    """Text of rows of tables/coverage.csv on one quantity: it, its values and those of the training slurries."""
+    first = next(rows.itertuples())
+    _, before, behind, form = covered_words(first.quantity)
+    return f"{before}{span(rows.value, form)}{behind}, training covered {covered_range(first)}"
 
 
 def covered_range(row: NamedTuple) -> str:

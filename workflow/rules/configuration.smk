@@ -177,6 +177,12 @@ def learning_options(wildcards, input):
     return [*options, "--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
 
 
+def first_frame_seen():
+    """Earliest last input frame that all networks of the main job learn from: some move their input frames back."""
+    moved = [config["surrogate"][LABELS[label].name].get("earlier_frames", 0) for label in LEARNED]
+    return max(len(INPUT_FRAMES) - 1, max(INPUT_FRAMES) - min(moved, default=0))
+
+
 def surrogate_settings(wildcards):
     """Settings of a surrogate, which its variants share."""
     return section(config["surrogate"].get(LABELS[wildcards.surrogate].name, {}))
