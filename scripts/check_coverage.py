@@ -43,7 +43,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--roles", nargs="+", required=True, help="role of each of --predicted, in order")
     parser.add_argument("--last-input-frame", type=int, required=True, help="number of the frame that is looked at")
     parser.add_argument(
-        "--first-input-frame",
+        "--first-frame-seen",
         type=int,
         help="number of the frame from which on the density was seen (default: the last)",
     )
@@ -51,12 +51,11 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "roles")
-    if args.first_input_frame is None:
-        args.first_input_frame = args.last_input_frame
-    if not 0 <= args.first_input_frame <= args.last_input_frame:
+    if args.first_frame_seen is None:
+        args.first_frame_seen = args.last_input_frame
+    if not 0 <= args.first_frame_seen <= args.last_input_frame:
         parser.error(
-            f"--first-input-frame {args.first_input_frame}: must be from 0 to --last-input-frame "
-            f"{args.last_input_frame}"
+            f"--first-frame-seen {args.first_frame_seen}: must be from 0 to --last-input-frame {args.last_input_frame}"
         )
     return args
 
@@ -65,7 +64,7 @@ def main() -> None:
     """Compare every slurry and write the table; those outside are said too."""
     args = parse_args()
     with measured_cost(args.cost, "check_coverage"):
-        earlier = range(args.first_input_frame, args.last_input_frame)
+        earlier = range(args.first_frame_seen, args.last_input_frame)
         read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
         training = [own for _, own, _ in read]
         earlier_g_cm3 = [density for *_, densities_g_cm3 in read for density in densities_g_cm3]

@@ -53,7 +53,7 @@ def parse_args() -> argparse.Namespace:
     needed = {
         "--model": surrogate.MODEL_FILE is not None and args.model is None,
         "--packing": surrogate.BOX_RULE == "mean_packing_fraction" and args.packing is None,
-        **{f"--{name}": surrogate.CONTINUES_DEM is not None and getattr(args, name) is None for name in _CONTINUATION},
+        **{f"--{name}": surrogate.CONTINUES_DEM and getattr(args, name) is None for name in _CONTINUATION},
     }
     if missing := [option for option, is_missing in needed.items() if is_missing]:
         parser.error(f"{args.surrogate} needs {', '.join(missing)}")

@@ -567,6 +567,21 @@ BAD_VALUES = {
             'surrogate.names: "affine_f00": its last input frame must be 1 to 119, before the target frame',
         ),
         (
+            "surrogate.names",
+            ["vgg16", "driven_dem_f03"],
+            'surrogate.names: "driven_dem_f03" starts at frame 3: must be one of dem.restart_frames',
+        ),
+        (
+            "surrogate.names",
+            ["vgg16", "driven_dem_x2"],
+            "surrogate.names: 'driven_dem_x2' is not known: must be driven_dem, and _f<NN> for the last input frame",
+        ),
+        (
+            "surrogate.driven_dem.steps",
+            0,
+            "surrogate.driven_dem.steps = 0: must be a whole number at least 1 and at most 2000000000",
+        ),
+        (
             "surrogate.neighbours.waypoints",
             [0.4, 0.4],
             "surrogate.neighbours.waypoints = [0.4, 0.4]: must be a list of numbers above 0 and below 1, each once",
@@ -588,8 +603,8 @@ BAD_VALUES = {
             "surrogate.neighbours.layers",
             3,
             (
-                "surrogate.neighbours.waypoints = [0.2, 0.35, 0.5, 0.63, 0.75, 0.86, 0.94, 0.98]: must be at most 2, "
-                "one for each of surrogate.neighbours.layers but the last"
+                "surrogate.neighbours.waypoints = [0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.75, 0.8...: must "
+                "be at most 2, one for each of surrogate.neighbours.layers but the last"
             ),
         ),
         (

@@ -230,6 +230,23 @@ def test_what_needs_no_training_slurries(config):
     assert configuration.without_training(config, "early_dem_x2")
 
 
+def test_driven_dem_needs_no_training_slurries_where_the_packing_fraction_is_given(config):
+    """It goes on with the DEM as early_dem does, but the box has to come from somewhere."""
+    config["surrogate"]["packing_fraction"] = None
+    assert not configuration.without_training(config, "driven_dem")
+    config["surrogate"]["packing_fraction"] = 0.66
+    assert configuration.without_training(config, "driven_dem")
+
+
+def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
+    config["learning"]["input_frames"] = [7, 8, 9, 10]
+    config["surrogate"]["neighbours"]["earlier_frames"] = 2
+    assert configuration.first_frame_seen(config, "neighbours") == 8
+    assert configuration.first_frame_seen(config, "neighbours_f18") == 16
+    assert configuration.first_frame_seen(config, "vgg16") == 10
+    assert configuration.first_frame_seen(config, "linear") == 10
+
+
 # ---- runs that follow from the table
 
 

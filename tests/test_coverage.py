@@ -254,12 +254,12 @@ def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
     options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
     options |= {"table": tmp_path / "a.csv", "cost": tmp_path / "c.json"}
     for first, outside in ((8, "no"), (9, "no"), (10, "yes")):
-        subprocess.run(command("check_coverage", **options, first_input_frame=first), check=True)
+        subprocess.run(command("check_coverage", **options, first_frame_seen=first), check=True)
         rows = read_table(tmp_path / "a.csv").set_index("quantity")
         assert rows.outside["density_g_cm3"] == outside
-    done = subprocess.run(command("check_coverage", **options, first_input_frame=11), capture_output=True, text=True)
+    done = subprocess.run(command("check_coverage", **options, first_frame_seen=11), capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr == "error: --first-input-frame 11: must be from 0 to --last-input-frame 10\n"
+    assert done.stderr == "error: --first-frame-seen 11: must be from 0 to --last-input-frame 10\n"
 
 
 def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from slurrycast import lammps_run
 from slurrycast.files import RunError
 from slurrycast.frames import Frame, read_frames
 from slurrycast.lammps_log import read_log
@@ -83,12 +84,16 @@ def test_a_box_of_another_shape_is_reached_too(question):
     np.testing.assert_allclose(thermo[-1, -3:], edges_um, rtol=1e-9)
 
 
-def test_contact_history_goes_on_and_nothing_is_left_over(question):
+def test_lost_contact_history_is_an_error(question, monkeypatch, tmp_path):
+    """A script that repeats pair_style, as one would from LAMMPS' examples."""
+    script = (lammps_run.SCRIPTS / "drive.lmp").read_text()
+    repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
+    (tmp_path / "drive.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
     asked = question()
     driven_dem.predict(asked, None, {"steps": 10})
-    log = (asked.continuation.work / "drive.log").read_text()
-    assert "NEIGH_HISTORY" in log
-    assert "Unused restart file" not in log
+    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    with pytest.raises(RunError, match="dropped a part of the restart file"):
+        driven_dem.predict(asked, None, {"steps": 10})
 
 
 def test_the_same_question_gets_the_same_answer(question):

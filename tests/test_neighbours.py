@@ -314,17 +314,15 @@ def shrinking(*log_volumes: float) -> dict[int, np.ndarray]:
 def test_waypoints_are_shares_of_the_way_of_the_volume():
     # from frame 1 on 3 to go, of which 1, 1.9, 2.1, 3, 2.8 and 3 are gone
     edges_um = shrinking(5, 4, 3, 2.1, 1.9, 1, 1.2, 1)
-    settings = {"target_frame": 7, "waypoints": [0.3, 0.65, 0.95], "layers": 4}
+    settings = {"target_frame": 7, "waypoints": [0.3, 0.65, 0.95]}
 
-    def stages(last_frame, **more):
-        found = neighbours.stages(edges_um, last_frame, {**settings, **more})
+    def stages(last_frame):
+        found = neighbours.stages(edges_um, last_frame, settings)
         return [(one.before, one.after, pytest.approx(one.part)) for one in found]
 
     end = (7, 7, 1.0)
     assert stages(1) == [(1, 2, 0.9), (3, 4, 0.25), (4, 5, 0.25 / 0.3), end]
     assert stages(6) == [(6, 7, 0.3), (6, 7, 0.65), (6, 7, 0.95), end]
-    assert stages(1, layers=2) == [(4, 5, 0.25 / 0.3), end]  # of the last layers
-    assert stages(1, layers=1) == [end]
     edges_um = dict.fromkeys(range(8), np.ones(3))  # nothing to go
     assert stages(1) == [(1, 2, 0.3), (1, 2, 0.65), (1, 2, 0.95), end]
 
@@ -363,15 +361,21 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     assert np.abs(both_um[0] - both_um[1]).max() > 1e-3
 
 
+def test_first_frame_seen_is_the_end_of_the_earliest_window():
+    assert neighbours.first_frame_seen([7, 8, 9, 10], {"earlier_frames": 0}) == 10
+    assert neighbours.first_frame_seen([7, 8, 9, 10], {"earlier_frames": 7}) == 3
+    assert neighbours.first_frame_seen([7, 8, 9, 10], {"earlier_frames": 20}) == 3
+    assert neighbours.first_frame_seen([2, 6, 10], {"earlier_frames": 7}) == 8
+
+
 def test_each_layer_stands_for_a_share_of_the_way():
     settings = {"waypoints": [0.2, 0.6]}
     assert neighbours.layer_shares({**settings, "layers": 3}) == [0.2, 0.6, 1.0]
     assert neighbours.layer_shares({**settings, "layers": 5}) == [0.2, 0.2, 0.2, 0.6, 1.0]
-    assert neighbours.layer_shares({**settings, "layers": 2}) == [0.6, 1.0]  # of the last layers, as the stages are
     assert neighbours.layer_shares({"waypoints": [], "layers": 2}) == [1.0, 1.0]
 
 
-@pytest.mark.parametrize(("share", "scale"), [(1.0, 1.0), (0.0, 1.2), (0.5, np.sqrt(1.2))])
+@pytest.mark.parametrize(("share", "scale"), [(0.0, 1.2), (0.5, np.sqrt(1.2))])
 def test_gap_is_that_in_the_box_of_the_time(share, scale):
     """Two that touch in a box `scale` times as wide as the final one get the answer of two that touch there."""
     from slurrycast.surrogates import neighbour_network

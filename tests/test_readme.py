@@ -355,14 +355,11 @@ def test_neighbours_as_they_were_tried(root, reference):
         epochs = row.epochs if row.epochs == row.of_epochs else f"{row.epochs} of {row.of_epochs}"
         cells = [number, row.training_slurries, row.layers, row.vectors, row.cutoff_um, row.shift_frames, row.waypoints]
         assert f"| {' | '.join([*cells, epochs, row.ratio_V1, row.ratio_V2, row.cpu_s])} |" in text
-    for row in pd.read_csv(reference / "neighbours" / "faster.csv", dtype=str).itertuples(index=False):
-        *before, epochs, of_epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s = row
-        epochs = epochs if epochs == of_epochs else f"{epochs} of {of_epochs}"
-        assert f"| {' | '.join([*before, epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s])} |" in text
-    for row in pd.read_csv(reference / "neighbours" / "deeper.csv", dtype=str).itertuples(index=False):
-        *before, epochs, of_epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s = row
-        epochs = epochs if epochs == of_epochs else f"{epochs} of {of_epochs}"
-        assert f"| {' | '.join([*before, epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s])} |" in text
+    for name in ("faster", "deeper"):
+        for row in pd.read_csv(reference / "neighbours" / f"{name}.csv", dtype=str).itertuples(index=False):
+            *before, epochs, of_epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s = row
+            epochs = epochs if epochs == of_epochs else f"{epochs} of {of_epochs}"
+            assert f"| {' | '.join([*before, epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s])} |" in text
     for name in ("twins", "later", "driven", "corrected"):
         for row in pd.read_csv(reference / "neighbours" / f"{name}.csv", dtype=str).itertuples(index=False):
             assert f"| {' | '.join('-' if pd.isna(cell) else cell for cell in row)} |" in text

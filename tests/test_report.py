@@ -354,11 +354,13 @@ def test_slurries_outside_in_the_same_quantities_share_a_warning(results):
         ("6", "density_g_cm3", 1.4, 1.3, 1.5, "no"),
         ("7", "particles", 400.0, 100.0, 150.0, "yes"),
         ("7", "density_g_cm3", 1.2, 1.3, 1.5, "yes"),
+        ("8", "particles", 50.0, 100.0, 150.0, "yes"),
     ]
     columns = ["slurry", "quantity", "value", "training_min", "training_max", "outside"]
-    both, one = extrapolations(replace(results, coverage=pd.DataFrame(rows, columns=columns)))
+    both, one, smaller = extrapolations(replace(results, coverage=pd.DataFrame(rows, columns=columns)))
     said = "training covered 100 to 150; predictions of surrogates that learned extrapolate."
     assert both == f"Slurries 2 and 6: 200 to 500 particles, {said}"
+    assert smaller == f"Slurry 8: 50 particles, {said}"
     assert one.startswith("Slurry 7: 400 particles, training covered 100 to 150; density at the last input frame 1.2 g")
 
 

@@ -182,33 +182,62 @@ def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(yardsticks):
     )
 
 
-def with_mse(yardsticks, cost, mse_um2) -> Yardsticks:
-    """The same with a surrogate without a network of such a cost and error."""
-    front = yardsticks.front[yardsticks.front.surrogate == "affine"]
+def with_rival(yardsticks, cost: float, gain_um2: list[float]) -> Yardsticks:
+    """The same with one without a network of such a cost, and an MSE that much below that of `net`, by slurry."""
+    front = yardsticks.front[yardsticks.front.surrogate == "net"]
     front = front.assign(surrogate="rival", cost_share_of_full_dem=cost)
-    skill = yardsticks.skill[yardsticks.skill.surrogate == "affine"].assign(surrogate="rival", mse_um2=mse_um2)
+    own = yardsticks.skill[yardsticks.skill.surrogate == "net"].set_index("slurry").loc[TEST].reset_index()
+    skill = own.assign(surrogate="rival", mse_um2=own.mse_um2 - gain_um2)
     return replace(yardsticks, front=pd.concat([yardsticks.front, front]), skill=pd.concat([yardsticks.skill, skill]))
 
 
 @pytest.mark.parametrize(
-    ("cost", "mse_um2", "said"),
+    ("cost", "gain_um2", "better"),
     [
-        (0.29, 0.05, "rival (0.050 um² at 29.0%) predicts coordinates better than net (0.081 um² at 30.0%) for less."),
-        (0.31, 0.05, None),
-        (0.29, 0.082, None),
+        (0.29, [0.01, 0.02, 0.01, 0.02], True),
+        (0.31, [0.01, 0.02, 0.01, 0.02], False),  # dearer
+        (0.29, [-0.01, -0.02, -0.01, -0.02], False),  # worse
+        (0.29, [0.03, -0.02, 0.03, -0.02], False),  # a tie
+        (0.29, [0.01, 0.02, np.nan, np.nan], False),  # too few slurries to judge
     ],
 )
-def test_what_does_better_for_less_is_named(yardsticks, cost, mse_um2, said):
-    said = said or "Nothing without a network predicts coordinates better than net (0.081 um² at 30.0%) for less."
-    yardsticks = replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2}))
-    assert better_for_less_sentences(with_mse(yardsticks, cost, mse_um2)) == [said]
+def test_what_does_better_for_less_is_named(yardsticks, cost, gain_um2, better):
+    yardsticks = with_rival(replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2})), cost, gain_um2)
+    (sentence,) = better_for_less_sentences(yardsticks)
+    if better:
+        assert sentence == "Better than net (0.081 µm² at 30.0%), and for less: rival (0.066 µm² at 29.0%)."
+    else:
+        assert sentence == (
+            "Nothing without a network predicts coordinates better than net (0.081 µm² at 30.0%) for less."
+        )
 
 
 def test_a_network_is_no_rival_of_another(yardsticks):
-    both = replace(with_mse(yardsticks, 0.29, 0.05), networks=["net", "rival"])
+    both = replace(with_rival(yardsticks, 0.29, [0.01, 0.02, 0.01, 0.02]), networks=["net", "rival"])
     one, other = better_for_less_sentences(both)
     assert one.startswith("Nothing") and "than net (" in one
     assert other.startswith("Nothing") and "than rival (" in other
+
+
+def test_rivals_are_compared_on_the_slurries_that_both_have(yardsticks):
+    """One that is only there for a slurry on which all are good is no better for that."""
+    yardsticks = replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2}))
+    easy = with_rival(yardsticks, 0.29, [0.05, np.nan, np.nan, np.nan])
+    assert easy.skill[easy.skill.surrogate == "rival"].mse_um2.mean() < 0.05
+    assert better_for_less_sentences(easy)[0].startswith("Nothing")
+
+
+@pytest.mark.parametrize("label", ["early_dem_x2", "driven_dem"])
+def test_best_of_those_that_do_not_go_on_with_the_dem_leaves_out_all_that_do(yardsticks, label):
+    """It has the lowest density error of all, and is not the best of the others."""
+    table = structure_table({"affine": 1.0, "net": 0.9, label: 0.1})
+    (
+        one,
+        *_,
+    ) = bar_sentences(replace(yardsticks, structure_errors=table))
+    assert one.startswith(f"{label} has the lowest mean density error") and "of all surrogates" in one
+    others = [said for said in bar_sentences(replace(yardsticks, structure_errors=table)) if "do not go on" in said]
+    assert [said.split()[0] for said in others] == ["net"]
 
 
 def test_without_any_early_dem_nothing_is_compared(yardsticks):

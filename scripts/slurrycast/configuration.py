@@ -628,6 +628,15 @@ def without_training(config: Mapping, label: str) -> bool:
     )
 
 
+def first_frame_seen(config: Mapping, label: str) -> int:
+    """Earliest last input frame that a surrogate learns from; most learn from the input frames alone."""
+    parsed = surrogates.parse(label)
+    surrogate, frames = surrogates.load(parsed.name), parsed.input_frames(config["learning"]["input_frames"])
+    if not hasattr(surrogate, "first_frame_seen"):
+        return max(frames)
+    return surrogate.first_frame_seen(frames, config["surrogate"][parsed.name])
+
+
 def dem_settings(config: Mapping, slurry: Slurry) -> dict:
     """The section `dem` as it holds for one run: its own settings, and the damping time for its mass."""
     settings = {**config["dem"], **slurry.dem}

@@ -1,6 +1,7 @@
 """What the training slurries cover at the last input frame, and which slurries lie outside of it. Pure numpy.
 
-A surrogate that learned from slurries interpolates between them; of a slurry outside it knows nothing.
+A surrogate that learned from slurries interpolates between them; of a slurry outside it knows nothing. What it has
+seen in earlier frames too, where these slurries were looser, belongs to what is covered.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -186,9 +186,9 @@ def continue_dem(
     variables: Mapping[str, object],
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Go on with the DEM of a slurry from `restart` by a script, continue.lmp or drive.lmp, in `folder`.
+    """Go on with the DEM of a slurry from `restart` by `script` (of scripts/lammps) in `folder`.
 
-    Its end is continued.dump or driven.dump there, its log has the script's name. `inputs` is the content of the
+    What it writes is there, its log by the script's name. `inputs` is the content of the
     slurry's inputs.json. `variables` are those of the script that its physics leave open (round_steps, max_rounds,
     ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS dropped the contact
     history that the restart file holds.

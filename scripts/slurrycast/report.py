@@ -191,7 +191,7 @@ def warnings(results: Results) -> list[str]:
 
 
 def extrapolations(results: Results) -> list[str]:
-    """What slurries lie outside what training covered in, one sentence for all that do so in the same quantities.
+    """In what slurries lie outside what training covered, one sentence for all that do so on the same sides.
 
     None where it is not known what training covered.
     """
@@ -200,11 +200,12 @@ def extrapolations(results: Results) -> list[str]:
     outside = results.coverage[results.coverage.outside == "yes"]
     alike = {}
     for slurry, rows in outside.groupby("slurry", sort=False):
-        alike.setdefault(tuple(rows.quantity), []).append(slurry)
+        sides = tuple(zip(rows.quantity, rows.value > rows.training_max, strict=True))
+        alike.setdefault(sides, []).append(slurry)
     sentences = []
-    for quantities, slurries in alike.items():
+    for sides, slurries in alike.items():
         own = outside[outside.slurry.isin(slurries)]
-        parts = [covered_text(own[own.quantity == quantity]) for quantity in quantities]
+        parts = [covered_text(own[own.quantity == quantity]) for quantity, _ in sides]
         those = named(slurries)
         sentences.append(
             f"{those[0].upper()}{those[1:]}: {'; '.join(parts)}; predictions of surrogates that learned extrapolate."
@@ -492,8 +493,9 @@ def coverage_section(results: Results) -> Section:
         rows.append([results.row_name(slurry), *map(covered_cell, cells)])
     caption = (
         "The predicted slurries at the last input frame beside the range of the training slurries; ▲ is above it, ▼ "
-        "below. Lz/Lx, fractions and mean radius may leave it by their rounding: particles are whole. Surrogates that "
-        "learned extrapolate to what is outside."
+        "below. Densities of earlier frames that all surrogates learned from belong to it. Lz/Lx, fractions and mean "
+        "radius may leave it by their rounding: particles are whole. Surrogates that learned extrapolate to what is "
+        "outside."
     )
     columns = ["Slurry", *(covered_words(quantity)[0] for quantity in by_quantity)]
     section.blocks.append(Table("Table S9", caption, columns, rows))

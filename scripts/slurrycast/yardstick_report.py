@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from slurrycast import surrogates
 from slurrycast.figures import main_labels, surrogate_family
 from slurrycast.front import mean_front, on_front
 from slurrycast.noise import BAND_SDS
@@ -40,7 +41,6 @@ from slurrycast.verdicts import (
 )
 
 AFFINE = "affine"
-GO_ON_WITH_THE_DEM = ("early_dem", "driven_dem")
 # Quantities that are judged together: the group's name and how they begin.
 # The packing fractions say the same as the density again; the largest overlap is that of a single contact.
 GROUPS = {"density": "density", "RDF": "rdf_", "contacts": "coordination_", "mean overlap": "overlap_mean"}
@@ -169,27 +169,33 @@ def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
 
 
 def better_for_less_sentences(yardsticks: Yardsticks) -> list[str]:
-    """What has no network, costs less than each network, and predicts coordinates better all the same."""
-    on_test = {
-        name: table[table.slurry.isin(yardsticks.test)].groupby("surrogate")[name].mean()
-        for table, name in ((yardsticks.skill, "mse_um2"), (yardsticks.front, "cost_share_of_full_dem"))
-    }
-    known = pd.DataFrame(on_test).dropna().sort_values("cost_share_of_full_dem")
-    words = {
-        label: f"{label} ({row.mse_um2:.3f} um² at {row.cost_share_of_full_dem:.1%})" for label, row in known.iterrows()
-    }
+    """For each network, what has none, costs less and predicts coordinates better, on the slurries that both have."""
+    keys, columns = ["surrogate", "slurry"], ["cost_share_of_full_dem", "mse_um2"]
+    points = yardsticks.front[[*keys, columns[0]]].merge(yardsticks.skill[[*keys, columns[1]]], on=keys)
+    points = points[points.slurry.isin(yardsticks.test)]
+    by_label = {label: own.set_index("slurry")[columns] for label, own in points.groupby("surrogate", sort=False)}
     sentences = []
     for network in yardsticks.networks:
-        if network not in words:
+        own = by_label.get(network)
+        if own is None:
             continue
-        rivals = known.drop(index=[label for label in yardsticks.networks if label in words])
-        better = rivals[(rivals < known.loc[network]).all(axis=1)].index
-        if better.empty:
-            sentences.append(f"Nothing without a network predicts coordinates better than {words[network]} for less.")
+        better = {}
+        for label, theirs in by_label.items():
+            difference = (theirs - own).dropna()
+            cheaper = difference.cost_share_of_full_dem.mean() < 0
+            if label not in yardsticks.networks and cheaper and judged(difference.mse_um2) == "better":
+                better[label] = theirs.cost_share_of_full_dem.mean()
+        subject = _mse_and_cost(network, own)
+        if better:
+            those = listed([_mse_and_cost(label, by_label[label]) for label in sorted(better, key=better.get)])
+            sentences.append(f"Better than {subject}, and for less: {those}.")
         else:
-            those, verb = listed([words[label] for label in better]), "predicts" if len(better) == 1 else "predict"
-            sentences.append(f"{those} {verb} coordinates better than {words[network]} for less.")
+            sentences.append(f"Nothing without a network predicts coordinates better than {subject} for less.")
     return sentences
+
+
+def _mse_and_cost(label: str, own: pd.DataFrame) -> str:
+    return f"{label} ({own.mse_um2.mean():.3f} µm² at {own.cost_share_of_full_dem.mean():.1%})"
 
 
 def group_means(yardsticks: Yardsticks, surrogate: str, column: str) -> pd.DataFrame:
@@ -273,7 +279,8 @@ def bar_sentences(yardsticks: Yardsticks) -> list[str]:
 
 
 def _goes_on(label: str) -> bool:
-    return surrogate_family(label) in GO_ON_WITH_THE_DEM
+    surrogate = surrogate_family(label)
+    return surrogate in surrogates.NAMES and surrogates.load(surrogate).CONTINUES_DEM is not None
 
 
 def bar_words(values: pd.Series, bar: float, form: str) -> str:

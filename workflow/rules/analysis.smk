@@ -65,11 +65,11 @@ rule check_coverage:  # asked for only where there are training slurries
     params:
         roles=[SLURRIES[slurry].role for slurry in PREDICTED],
         last_input_frame=max(INPUT_FRAMES),
-        first_input_frame=first_frame_seen(),
+        first_frame_seen=first_frame_seen(),
     shell:
         "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q}"
         " --roles {params.roles:q} --last-input-frame {params.last_input_frame}"
-        " --first-input-frame {params.first_input_frame}"
+        " --first-frame-seen {params.first_frame_seen}"
         " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 

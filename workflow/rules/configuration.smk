@@ -178,9 +178,10 @@ def learning_options(wildcards, input):
 
 
 def first_frame_seen():
-    """Earliest last input frame that all networks of the main job learn from: some move their input frames back."""
-    moved = [config["surrogate"][LABELS[label].name].get("earlier_frames", 0) for label in LEARNED]
-    return max(len(INPUT_FRAMES) - 1, max(INPUT_FRAMES) - min(moved, default=0))
+    """Earliest last input frame that all surrogates of the main job learn from: some move their input frames back."""
+    learned = [label for label in SURROGATES if MODULES[label].MODEL_FILE]
+    last = max(INPUT_FRAMES)
+    return max((configuration.first_frame_seen(config, label) for label in learned), default=last)
 
 
 def surrogate_settings(wildcards):
@@ -233,8 +234,10 @@ def prediction_group(wildcards):
 def prediction_minutes(wildcards, attempt):
     """Walltime of a prediction in minutes."""
     if goes_on(wildcards):
-        settings = config["surrogate"][LABELS[wildcards.surrogate].name]
-        return lammps_minutes(wildcards, settings.get("max_steps", settings.get("steps")), attempt)
+        most_steps = MODULES[wildcards.surrogate].most_steps(
+            config["surrogate"][LABELS[wildcards.surrogate].name]
+        )
+        return lammps_minutes(wildcards, most_steps, attempt)
     return 10 * attempt
 
 

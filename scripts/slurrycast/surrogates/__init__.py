@@ -11,7 +11,7 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     LEARNS_FROM     "samples" (particles of the training set, whatever their slurry), "frames" (whole slurries; then a
                     label may have a last input frame of its own), or None
     CONTINUES_DEM   script of scripts/lammps by which it goes on with the DEM from the restart file at the last input
-                    frame, or None
+                    frame, or None; then most_steps(settings) is how many steps that takes at most
     HAS_SPREAD      whether its predictions have a spread, from which their uncertainty is calibrated
     VARIANT         pattern of the variants that a label may name, its groups becoming settings; or None
     fit(training_set, settings, model_path, history_path, work_directory) -> dict       of a model.keras
@@ -22,6 +22,8 @@ A new one is a module, a line in the registry below and a paragraph in the docum
                     frames that needed_frames(settings, edges_um, moved=...) names; settings has input_frames and
                     target_frame
     fit(training_set, settings, model_path)                                              of a model.json
+    first_frame_seen(input_frames, settings) -> int       of what learns from other last input frames than it is asked
+                    with too: the earliest of them
     input_shapes(n_frames, settings) -> dict       of a model.keras: shapes by which one made elsewhere is known to fit
     predict(question, model_path, settings) -> Prediction                                see question.py
 

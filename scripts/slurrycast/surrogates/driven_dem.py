@@ -29,6 +29,11 @@ VARIANT = None
 EDGE_TOLERANCE = 1e-9  # of what LAMMPS reads, multiplies and writes with 15 digits
 
 
+def most_steps(settings: Mapping) -> int:
+    """Steps that a prediction takes."""
+    return settings["steps"]
+
+
 def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) in um after `steps` steps in which the box goes to the final edges of the question.
 

@@ -21,6 +21,11 @@ HAS_SPREAD = False
 VARIANT = re.compile(r"x(?P<faster>[1-9]\d*)")  # how many times faster than the DEM's the barostat is
 
 
+def most_steps(settings: Mapping) -> int:
+    """Steps that a prediction takes at most."""
+    return settings["max_steps"]
+
+
 def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) and box edges (3,), um, of the DEM gone on in rounds of `flat_steps` steps until one is flat.
 

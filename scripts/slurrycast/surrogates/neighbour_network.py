@@ -19,8 +19,8 @@ MOVE_UM = 0.1  # typical move by one layer, for weights of order 1
 NEIGHBOURS = 5.0  # typical number of close ones, for sums of order 1
 DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width of the basis of distances
 DISTANCE_WIDTH_UM = 0.15
-# The same of gaps between surfaces, below 0 where two overlap, as asinh(gap / CONTACT_UM): by 10 nm near contact, where
-# forces begin, and as coarse as the distances far from it, from -0.3 to 0.8 um.
+# The same of gaps between surfaces, below 0 where two overlap, as asinh(gap / CONTACT_UM): by 20 nm near contact, where
+# forces begin, and by up to 0.4 um at its ends, -0.3 and 0.8 um.
 CONTACT_UM = 0.03
 GAPS = np.linspace(-3.0, 4.0, 12, dtype=np.float32)
 GAP_WIDTH = 0.6
@@ -111,7 +111,7 @@ class Interaction(layers.Layer):
                 tf.reduce_sum(direction[:, :, None] * own, axis=1),
                 tf.reduce_sum(direction[:, :, None] * theirs, axis=1),
                 distance_um,
-                distance_um - touch_um,
+                distance_um - touch_um,  # in the final box, as the distance, by which the basis above is far too coarse
                 tf.nn.relu(-gap_um) / TYPICAL_OVERLAP_UM,
             ],
             axis=1,

@@ -183,6 +183,11 @@ def windows(input_frames: Sequence[int], earlier_frames: int) -> list[list[int]]
     return [frames for frames in moved if frames[0] >= 0]
 
 
+def first_frame_seen(input_frames: Sequence[int], settings: Mapping) -> int:
+    """The earliest last input frame among the windows that it learns from."""
+    return windows(input_frames, settings["earlier_frames"])[0][-1]
+
+
 @dataclass(frozen=True)
 class Stage:
     """A time between two frames that follow each other: `part` of the way from the one before to the one after."""
@@ -193,7 +198,7 @@ class Stage:
 
 
 def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mapping) -> list[Stage]:
-    """When the waypoints after the last input frame are reached, and the target; one for each of the last layers.
+    """When the waypoints after the last input frame are reached, and the target.
 
     A waypoint is reached when the logarithm of the volume has first gone that share of its way to the target frame;
     `edges_um` (3,) of the box at all frames.
@@ -210,12 +215,12 @@ def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mappin
         after = next(k for k in share if share[k] >= waypoint)
         before = after - 1
         found.append(Stage(before, after, (waypoint - share[before]) / (share[after] - share[before])))
-    return [*found, Stage(target, target, 1.0)][-settings["layers"] :]
+    return [*found, Stage(target, target, 1.0)]
 
 
 def layer_shares(settings: Mapping) -> list[float]:
-    """Share of its way at which the box is after each layer; what comes before the first waypoint is as far as that."""
-    ends = [*settings["waypoints"], 1.0][-settings["layers"] :]
+    """Share of its way at which the box is after each layer; those before the first waypoint are as far as that."""
+    ends = [*settings["waypoints"], 1.0]
     return [ends[0]] * (settings["layers"] - len(ends)) + ends
 
 
