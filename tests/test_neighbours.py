@@ -168,6 +168,18 @@ def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, m
     np.testing.assert_allclose(answer(model, *slurry())[1], spread_um)
 
 
+@pytest.mark.parametrize(("moved_um", "found_um"), [((0, 0.3, 0.4), (0, 0.3, 0.4)), ((0, 24, -32), (0, 1.2, -1.6))])
+def test_no_member_moves_a_particle_farther_than_any_went(model, monkeypatch, moved_um, found_um):
+    def answers(_, seen):
+        every = np.broadcast_to(np.array(moved_um, float), (len(seen.radius_um), 2, 3))
+        return every, np.full((len(every), 2, 1), -4.0)
+
+    monkeypatch.setattr(neighbours, "_answers", answers)
+    history, edges_um = slurry()
+    affine_um = history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+    np.testing.assert_allclose(answer(model, history, edges_um)[0] - affine_um, [found_um] * 60, atol=1e-12)
+
+
 def test_answer_is_not_the_affine_map(model):
     history, edges_um = slurry()
     moved_um = answer(model, history, edges_um)[0] - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM

@@ -67,6 +67,7 @@ DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of it
 INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
 OF_PAIRS = ("receivers", "senders", "separation_um")
 LEAST_SPREAD_UM, LARGEST_SPREAD_UM = 0.01, 1.0  # of a member: finer is not to be known, a diameter is no place at all
+LARGEST_MOVE_UM = 2.0  # of a member: no particle of the training slurries leaves its affine place by more
 COMPILED_FROM = 30_000  # particles times members: a compiled prediction takes half as long, but seconds to compile
 SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
 # Weights learn by Muon, which makes every direction of a step equally long and needs fewer steps than Adam; but the
@@ -530,6 +531,8 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
     seen = graph(question.particles, question.frames, question.final_edges_um, cutoff_um)
     moved_um, log_variance = _answers(model, seen)
     # bounded, since of a neighbourhood unlike all that it learned from a network may expect anything
+    length_um = np.linalg.norm(moved_um, axis=2, keepdims=True)
+    moved_um = moved_um * (LARGEST_MOVE_UM / np.maximum(length_um, LARGEST_MOVE_UM))
     bounds = 2 * np.log(LEAST_SPREAD_UM), 2 * np.log(LARGEST_SPREAD_UM)
     member_um2 = np.exp(np.clip(log_variance, *bounds))
     variance_um2 = member_um2.mean(axis=1) + moved_um.var(axis=1)
