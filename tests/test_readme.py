@@ -243,7 +243,7 @@ def bar_row(words: str, bar: str, found: str, *, met: bool) -> str:
 
 
 def neighbours_lines(folder: Path, text: str) -> list[str]:
-    """What a run says of `neighbours` on its test slurries, in the words of docs/neighbours.md, whose `text` this is."""
+    """What a run says of `neighbours` on its test slurries, in the words of docs/neighbours.md, which `text` is."""
     names = ("skill", "structure_errors", "front", "uncertainty", "cost", "relaxation")
     tables = {name: read_table(folder / "tables" / f"{name}.csv") for name in names}
     roles = read_equilibrium(folder / "tables" / "equilibrium.csv").set_index("slurry").role
