@@ -72,6 +72,7 @@ def test_rules_hand_text_to_the_shell_quoted_only(root):
     """In every `shell:`, what is not quoted (`:q`) is one of these numbers, or a list of some."""
     numbers = {"runtime", "budgeted", "tasks", "seed", "steps", "bins"}
     numbers |= {"input_frames", "first_frame", "last_frame", "last_input_frame", "target_frame", "input_steps"}
+    numbers |= {"first_frame_seen"}
     numbers |= {"cutoff_um", "displacement_um", "frame_interval_us", "validation_share"}
     numbers |= {"density_bar", "rdf_bar", "max_density_difference", "max_density_drift"}
     shells = 0
