@@ -234,9 +234,7 @@ def prediction_group(wildcards):
 def prediction_minutes(wildcards, attempt):
     """Walltime of a prediction in minutes."""
     if goes_on(wildcards):
-        most_steps = MODULES[wildcards.surrogate].most_steps(
-            config["surrogate"][LABELS[wildcards.surrogate].name]
-        )
+        most_steps = MODULES[wildcards.surrogate].most_steps(config["surrogate"][LABELS[wildcards.surrogate].name])
         return lammps_minutes(wildcards, most_steps, attempt)
     return 10 * attempt
 
