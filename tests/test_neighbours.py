@@ -158,6 +158,35 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
     np.testing.assert_allclose(spread_um, np.exp(-2.5 / 2), rtol=1e-5)
 
 
+@pytest.mark.parametrize("n_members", [1, 3])
+def test_stored_members_answer_as_the_networks_that_they_were(tmp_path, n_members):
+    from slurrycast.surrogates import neighbour_network, start_keras
+
+    start_keras()
+    import keras
+
+    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.4, 0.4, 0.8, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    network = neighbour_network.build(**shape, name="net")
+    draw = np.random.default_rng(6)
+    members = [
+        [draw.normal(0, 0.3, variable.shape) for variable in network.trainable_variables] for _ in range(n_members)
+    ]
+    history, edges_um = slurry()
+    seen = neighbours.graph(particles_of(history), frames_of(history, edges_um), EDGES_UM, 1.6)
+    inputs = [getattr(seen, name) for name in neighbours.INPUTS]
+    neighbour_network.joined(shape, members).save(tmp_path / "model.keras")
+    loaded = keras.saving.load_model(tmp_path / "model.keras", safe_mode=True)
+    together = loaded(inputs)
+    answers = neighbours._answers(loaded.get_layer("ensemble"), seen)
+    for number, weights in enumerate(members):
+        for variable, value in zip(network.trainable_variables, weights, strict=True):
+            variable.assign(value)
+        for expected, *found in zip(network(inputs), together, answers, strict=True):
+            assert np.std(expected) > 1e-3
+            for one in found:
+                np.testing.assert_allclose(one[:, number], expected, atol=1e-5)
+
+
 @pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
 def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, monkeypatch, log_variance, spread_um):
     def answers(_, seen):

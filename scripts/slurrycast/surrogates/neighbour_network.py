@@ -8,7 +8,7 @@ distances as they are then, as in the E(n)-equivariant networks of Satorras et a
 are those of Schütt et al., arXiv:2102.03150.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import keras
 import numpy as np
@@ -90,11 +90,13 @@ class Interaction(layers.Layer):
         """Shapes as they came in; said here because Keras finds them by tracing, which is most of loading a model."""
         return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved_um))
 
-    def call(self, state, vectors, moved_um, radius_um, left, receivers, senders, separation_um):
+    def call(self, state, vectors, moved_um, radius_um, left, receivers, senders, separation_um, share=None):
         """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below.
 
-        `left` (n,) is the logarithm of the final volume of the box, less that at the last input frame.
+        `left` (n,) is the logarithm of the final volume of the box, less that at the last input frame; `share` is that
+        of another layer, if it has the weights of that.
         """
+        share = self.share if share is None else share
         known = bounded(vectors)
         own, theirs = tf.gather(known, receivers), tf.gather(known, senders)
         apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
@@ -102,7 +104,7 @@ class Interaction(layers.Layer):
         direction = apart_um / distance_um
         touch_um = (tf.gather(radius_um, senders) + tf.gather(radius_um, receivers))[:, None]
         # places are in the final box, but two touch in the box of that time
-        stretch = tf.exp((self.share - 1) / 3 * tf.gather(left, receivers))[:, None]
+        stretch = tf.exp((share - 1) / 3 * tf.gather(left, receivers))[:, None]
         gap_um = stretch * distance_um - touch_um
         places = tf.concat(
             [
@@ -184,8 +186,84 @@ def by_layer(network: keras.Model, n_stages: int) -> keras.Model:
     return keras.Model(network.inputs, [keras.ops.stack(moves[-n_stages:]), network.outputs[1]])
 
 
-def joined(members: Sequence[keras.Model]) -> keras.Model:
-    """All members as one model, with displacements (n, 3) -> (n, members, 3) and log variances (n, members, 1)."""
-    inputs = [keras.Input(i.shape[1:], dtype=i.dtype, name=i.name) for i in members[0].inputs]
-    answers = zip(*(member(inputs) for member in members), strict=True)
-    return keras.Model(inputs, [keras.ops.stack(outputs, axis=1) for outputs in answers], name="neighbours")
+@keras.saving.register_keras_serializable("slurrycast")
+class Ensemble(layers.Layer):
+    """Members that are one network with weights of their own: that of the first, and the weights of the others.
+
+    `shape` is what `build` takes, but for the name. Not one network beside the other: to make one takes a second.
+    """
+
+    def __init__(self, shape: Mapping, n_members: int, **kwargs) -> None:
+        super().__init__(**kwargs)
+        self.shape, self.n_members = dict(shape), n_members
+        self.network = build(**shape, name="member")
+        n_weights = sum(self._sizes())
+        self.others = self.add_weight((n_members - 1, n_weights), "zeros", name="others")
+
+    def get_config(self) -> dict:
+        """Arguments of the constructor."""
+        return {**super().get_config(), "shape": self.shape, "n_members": self.n_members}
+
+    def _sizes(self) -> list[int]:
+        return [int(np.prod(variable.shape)) for variable in self.network.trainable_variables]
+
+    def take(self, members: Sequence[Sequence[np.ndarray]]) -> None:
+        """Take the weights of all members, each as those of a network in their order."""
+        first, *others = members
+        for variable, value in zip(self.network.trainable_variables, first, strict=True):
+            variable.assign(value)
+        flat = [np.concatenate([np.ravel(value) for value in member]) for member in others]
+        self.others.assign(np.reshape(flat, self.others.shape))
+
+    def flat_weights(self) -> tf.Tensor:
+        """Weights of all members, (members, weights)."""
+        first = tf.concat([tf.reshape(variable, [-1]) for variable in self.network.trainable_variables], axis=0)
+        return tf.concat([first[None], self.others], axis=0)
+
+    def answer(self, weights, inputs):
+        """What the member with these `weights`, a row of `flat_weights`, answers; see `build`.
+
+        The layers are one program, gone through for each in turn: that of all one after the other takes seconds to
+        trace and to compile.
+        """
+        scalars, past, radius_um, *pairs = inputs
+        parts = iter(tf.split(weights, self._sizes()))
+        own = {
+            layer.name: [tf.reshape(next(parts), variable.shape) for variable in layer.trainable_variables]
+            for layer in self.network.layers
+        }
+
+        def apply(name, *given):
+            return self.network.get_layer(name).stateless_call(own[name], [], *given)[0]
+
+        shares = tf.constant(self.shape["shares"])
+        names = [layer.name for layer in self.network.layers if isinstance(layer, Interaction)]
+        one = self.network.get_layer(names[0])
+        of_layers = [tf.stack(values) for values in zip(*(own[name] for name in names), strict=True)]
+
+        def exchange(k, *estimate):
+            values = [tf.gather(value, k) for value in of_layers]
+            given = (*estimate, radius_um, scalars[:, LEFT], *pairs, shares[k])
+            return k + 1, *one.stateless_call(values, [], *given)[0]
+
+        start = 0, apply("state", scalars), apply("vectors", past), tf.zeros_like(past[:, :, 0])
+        _, state, _, moved_um = tf.while_loop(lambda k, *_: k < len(names), exchange, start)
+        return moved_um, apply("log_variance", apply("doubt", state))
+
+    def compute_output_spec(self, inputs, **_) -> tuple[keras.KerasTensor, ...]:
+        """Shapes of the answers; said here because Keras finds them by tracing, which takes a second."""
+        n = inputs[0].shape[0]
+        return tuple(keras.KerasTensor((n, self.n_members, last), self.compute_dtype) for last in (3, 1))
+
+    def call(self, inputs):
+        """Displacements (n, members, 3) and logarithms of variances (n, members, 1)."""
+        answers = [self.answer(weights, inputs) for weights in tf.unstack(self.flat_weights())]
+        return tuple(tf.stack(outputs, axis=1) for outputs in zip(*answers, strict=True))
+
+
+def joined(shape: Mapping, members: Sequence[Sequence[np.ndarray]]) -> keras.Model:
+    """All members as one model with the inputs of each, from their weights in the order of the network's own."""
+    ensemble = Ensemble(shape, len(members), name="ensemble")
+    ensemble.take(members)
+    inputs = [keras.Input(i.shape[1:], dtype=i.dtype, name=i.name) for i in ensemble.network.inputs]
+    return keras.Model(inputs, list(ensemble(inputs)), name="neighbours")

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     import keras
     import tensorflow as tf
 
+    from slurrycast.surrogates.neighbour_network import Ensemble
+
 NAME = "neighbours"
 LOOKS_AT = (
     "phase, radius, coordination and past displacements of the particle itself and of its neighbours in the affine "
@@ -359,8 +361,8 @@ class _Training:
         tests: Sequence[Lesson],
         work: Path,
         earlier: Mapping[str, float],
-    ) -> tuple["keras.Model", Progress]:
-        """Train one member, whose seed follows from the run's, or go on with it.
+    ) -> tuple[list[np.ndarray], Progress]:
+        """Train one member, whose seed follows from the run's, or go on with it; its weights.
 
         `lessons` are those of each training slurry, one for each of its windows of input frames; `earlier` is the cost
         of attempts before this one, as far as the members before know it.
@@ -414,9 +416,7 @@ class _Training:
             print(f"[{name}] epoch {epoch}/{epochs} {said}, {left_s:.0f} s left", flush=True)
             now = {key: [variable.numpy() for variable in variables] for key, variables in self.state.items()}
             write_checkpoint(checkpoint, identity, now, progress)
-        for weights, value in zip(member.trainable_variables, now["weights"], strict=True):
-            weights.assign(value)
-        return member, progress
+        return now["weights"], progress
 
 
 def learning_rate_share(share: float) -> float:
@@ -471,32 +471,26 @@ def fit(
     ]
     write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
     with moved_into_place(model_path) as part:
-        neighbour_network.joined(members).save(part)
+        neighbour_network.joined(shape, members).save(part)
     return earlier
 
 
-def _answers(model: "keras.Model", seen: Graph) -> tuple[np.ndarray, np.ndarray]:
+def _answers(ensemble: "Ensemble", seen: Graph) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (n, members, 3) in um and logarithms of variances (n, members, 1) of all members.
 
     One after the other, since each needs a GB for 15000 particles, and all by one traced graph of operations, which
     takes seconds to make and, other than the layers called one by one, forgets what it needs no more.
     """
-    import keras
     import tensorflow as tf
 
-    members = [layer for layer in model.layers if isinstance(layer, keras.Model)]
-    network = members[0]
-    own = [[weight.numpy() for weight in member.weights] for member in members]
+    members = ensemble.flat_weights()
     answer = tf.function(
-        lambda *inputs: network(list(inputs), training=False),
-        input_signature=_signature(network),
+        lambda weights, *inputs: ensemble.answer(weights, list(inputs)),
+        input_signature=[tf.TensorSpec(members.shape[1:]), *_signature(ensemble.network)],
         jit_compile=len(members) * len(seen.radius_um) > COMPILED_FROM,
     )
-    inputs, answers = _inputs(seen), []
-    for weights in own:
-        for weight, value in zip(network.weights, weights, strict=True):
-            weight.assign(value)
-        answers.append([output.numpy().astype(float) for output in answer(*inputs)])
+    inputs = _inputs(seen)
+    answers = [[output.numpy().astype(float) for output in answer(weights, *inputs)] for weights in members]
     return tuple(np.stack(outputs, axis=1) for outputs in zip(*answers, strict=True))
 
 
@@ -513,23 +507,18 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-        n_scalars, n_past = model.inputs[0].shape[1], model.inputs[1].shape[2]
-    except (OSError, ValueError, TypeError, IndexError) as error:
+        (ensemble,) = (layer for layer in model.layers if isinstance(layer, neighbour_network.Ensemble))
+    except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
+    n_scalars, n_past = ensemble.shape["n_scalars"], ensemble.shape["n_past"]
     n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 2
     if n_past != n_frames - 1:
         raise InputError(f"{model_path}: was trained on {n_past + 1} input frames, asked with {n_frames}")
     if n_phases != len(question.particles.phase_names):
         known = len(question.particles.phase_names)
         raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {question.slurry} has {known}")
-    (cutoff_um,) = {
-        layer.cutoff_um
-        for member in model.layers
-        for layer in getattr(member, "layers", ())
-        if isinstance(layer, neighbour_network.Interaction)
-    }
-    seen = graph(question.particles, question.frames, question.final_edges_um, cutoff_um)
-    moved_um, log_variance = _answers(model, seen)
+    seen = graph(question.particles, question.frames, question.final_edges_um, ensemble.shape["cutoff_um"])
+    moved_um, log_variance = _answers(ensemble, seen)
     # bounded, since of a neighbourhood unlike all that it learned from a network may expect anything
     length_um = np.linalg.norm(moved_um, axis=2, keepdims=True)
     moved_um = moved_um * (LARGEST_MOVE_UM / np.maximum(length_um, LARGEST_MOVE_UM))
