@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.files import RunError
-from slurrycast.lammps_run import Progress, continue_dem
+from slurrycast.lammps_run import Progress
 from slurrycast.surrogates.question import Prediction, Question
 
 NAME = "driven_dem"
@@ -37,19 +37,14 @@ def most_steps(settings: Mapping) -> int:
 def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) in um after `steps` steps in which the box goes to the final edges of the question.
 
-    RunError as of `continue_dem`, and if the box does not end there.
+    RunError as of `lammps_run.continue_dem`, and if the box does not end there.
     """
     from slurrycast.lammps_dump import read_dump
 
     going_on, steps, edges_um = question.continuation, settings["steps"], question.final_edges_um
     final = {f"final_l{axis}_um": repr(float(edge)) for axis, edge in zip("xyz", edges_um, strict=True)}
-    continue_dem(
+    going_on.run(
         CONTINUES_DEM,
-        going_on.launcher,
-        going_on.inputs,
-        going_on.restart,
-        going_on.coefficients,
-        going_on.work,
         {**final, "steps": steps, "thermo_every_steps": max(1, steps // 10)},
         Progress(f"{question.slurry} driven", 0, steps, print),
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.files import RunError
-from slurrycast.lammps_run import Progress, continue_dem
+from slurrycast.lammps_run import Progress
 from slurrycast.surrogates.question import Prediction, Question
 
 NAME = "early_dem"
@@ -38,13 +38,8 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
     dem = going_on.inputs["physics"]["dem"]
     round_steps, first = settings["flat_steps"], question.last.step
     rounds = settings["max_steps"] // round_steps
-    log = continue_dem(
+    log = going_on.run(
         CONTINUES_DEM,
-        going_on.launcher,
-        going_on.inputs,
-        going_on.restart,
-        going_on.coefficients,
-        going_on.work,
         {
             "pressure_damping_us": dem["pressure_damping_us"] / int(settings["faster"]),
             "round_steps": round_steps,

@@ -1,13 +1,14 @@
 """What a surrogate is asked and what it answers."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from slurrycast.frames import Frame, Particles
-from slurrycast.lammps_run import Launcher
+from slurrycast.lammps_log import Log
+from slurrycast.lammps_run import Launcher, continue_dem
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,11 @@ class Continuation:
     inputs: Mapping
     launcher: Launcher
     work: Path
+
+    def run(self, script: str, variables: Mapping[str, object], progress: Callable[[int, float], None]) -> Log:
+        """Go on by `script` of scripts/lammps with its own `variables`; its log. RunError as of `continue_dem`."""
+        places = self.restart, self.coefficients, self.work
+        return continue_dem(script, self.launcher, self.inputs, *places, variables, progress)
 
 
 @dataclass(frozen=True)
