@@ -26,7 +26,7 @@ PARTS = {
     "DEM": ("#e4e9ee", {"generate", "run", "extract"}),
     "surrogate": ("#fbe6d2", {"assemble", "train", "fit", "adopt", "predict"}),
     "hybrid": ("#d3ebec", {"wrap", "relax"}),
-    "analysis": ("#e9e4f1", {"measure", "compare", "compute", "collect"}),
+    "analysis": ("#e9e4f1", {"measure", "check", "compare", "compute", "calibrate", "tabulate", "collect"}),
     "report": ("#f3f0e2", {"plot", "render", "write"}),
 }
 OTHER = "#ffffff"

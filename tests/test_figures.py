@@ -1,6 +1,7 @@
 """Figures from small synthetic inputs: they exist, they are not blank, and what they show is computed right."""
 
 import os
+import re
 import signal
 import sys
 from pathlib import Path
@@ -180,6 +181,15 @@ def test_layers_follow_the_arrows_and_boxes_do_not_overlap():
     assert lanes
     for x, y in lanes:
         assert all(y != box_y or abs(x - box_x) > plot_workflow.BOX_WIDTH / 2 for box_x, box_y in boxes)
+
+
+def test_every_rule_belongs_to_a_part_of_the_workflow(root):
+    """Or it is white in the figure of the workflow, as none of them."""
+    text = "".join(path.read_text() for path in (root / "workflow" / "rules").glob("*.smk"))
+    verbs = {name.split("_")[0] for name in re.findall(r"^ *rule (\w+):", text, re.M)}
+    parts = [verbs for _, verbs in plot_workflow.PARTS.values()]
+    assert {"run", "check"} < verbs and verbs - {"record", "draw"} <= set().union(*parts)
+    assert sum(map(len, parts)) == len(set().union(*parts))
 
 
 @pytest.mark.parametrize(
