@@ -356,6 +356,21 @@ BAD_VALUES = {
             299,
             "relaxation.start_temperature_k = 299: must be at least dem.temperature_k = 300.0, to which it falls",
         ),
+        (
+            "relaxation.steps_of",
+            {"affine_f18": 0},
+            "relaxation.steps_of.affine_f18 = 0: must be a whole number at least 1 and at most 2000000000",
+        ),
+        (
+            "relaxation.steps_of",
+            {"Affine": 100},
+            "relaxation.steps_of.Affine: unknown key: must be the name of a surrogate, or a label with one",
+        ),
+        (
+            "relaxation.steps_of",
+            {"affine_18": 100},
+            "relaxation.steps_of: 'affine_18' is not known: must be affine, and _f<NN> for the last input frame",
+        ),
         ("analysis.rdf_bins", 0, "analysis.rdf_bins = 0: must be a whole number at least 1 and at most 1000000"),
         ("yardsticks.replicas", 1, "yardsticks.replicas = 1: must be a whole number at least 2 and at most 1000"),
         ("yardsticks.rdf_bar", 0, "yardsticks.rdf_bar = 0: must be a number above 0 and at most 1000"),

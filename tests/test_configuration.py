@@ -247,6 +247,15 @@ def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
     assert configuration.first_frame_seen(config, "linear") == 10
 
 
+def test_relaxation_steps_of_a_label_go_before_those_of_its_surrogate(config):
+    config["relaxation"] |= {"steps": 3500, "steps_of": {"neighbours": 2000, "neighbours_f18": 1500}}
+    steps = [
+        configuration.relaxation_steps(config, label)
+        for label in ("affine", "neighbours", "neighbours_f18", "neighbours_f06")
+    ]
+    assert steps == [3500, 2000, 1500, 2000]
+
+
 # ---- runs that follow from the table
 
 

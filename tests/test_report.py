@@ -217,7 +217,8 @@ def results(tmp_path, model, history) -> Results:
             costs += [(stage, name, slurry, wall_s) for name in surrogates for stage, wall_s in hybrid]
             costs += [("generate_inputs", "-", slurry, 0.25), ("extract_frames", "-", slurry, 0.25)]
     costs = pd.DataFrame(costs, columns=["stage", "surrogate", "slurry", "wall_s"])
-    costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0)
+    steps = np.where(costs.stage == "relax_slurry", np.where(costs.surrogate == "net", 2000, 3500), np.nan)
+    costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0, steps=steps)
     segments = [{"step_start": 0, "step_end": 600, "wall_s": 20.0, "cpu_s": 20.0}]
     segments += [{"step_start": 600, "step_end": 1200, "wall_s": 80.0, "cpu_s": 80.0}]
     start = {"wall_s": 0.0, "cpu_s": 0.0}
@@ -304,7 +305,17 @@ def test_dem_seconds_count_cut_segments_by_their_steps():
 def test_report_holds_the_numbers_and_loads_nothing(results):
     page = read_page(report_html(results))
     text = " ".join("".join(page.text).split())
-    for expected in ("2.2512", "2.2345", "0.123", "0.9876", "0.0217", "23,803,139", "2.1000", "0.6010"):
+    for expected in (
+        "2.2512",
+        "2.2345",
+        "0.123",
+        "0.9876",
+        "0.0217",
+        "23,803,139",
+        "2.1000",
+        "0.6010",
+        "3,500 of affine; 2,000 of net",
+    ):
         assert expected in text, expected
     theirs = study.COORDINATE_ERRORS["6"], study.HYBRID_STRUCTURE["6"]
     for expected in (

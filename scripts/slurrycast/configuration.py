@@ -528,6 +528,14 @@ def _cooling(config: Mapping, _) -> Iterator[str]:
         )
 
 
+def _steps_of(config: Mapping, _) -> Iterator[str]:
+    for text in config["relaxation"]["steps_of"]:
+        try:
+            surrogates.parse(text)
+        except InputError as error:
+            yield f"relaxation.steps_of: {str(error).removeprefix('surrogate: ')}"
+
+
 def _rdf_pair(config: Mapping, _) -> Iterator[str]:
     phases = list(config["formulation"]["phases"])
     for phase in config["analysis"]["rdf_pair"]:
@@ -571,6 +579,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
     (_derived_ids, "slurries yardsticks convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
     (_cooling, "relaxation.start_temperature_k dem.temperature_k"),
+    (_steps_of, "relaxation.steps_of"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
 
@@ -635,6 +644,13 @@ def first_frame_seen(config: Mapping, label: str) -> int:
     if not hasattr(surrogate, "first_frame_seen"):
         return max(frames)
     return surrogate.first_frame_seen(frames, config["surrogate"][parsed.name])
+
+
+def relaxation_steps(config: Mapping, label: str) -> int:
+    """For how long predictions by the surrogate with this label are relaxed in the main job."""
+    settings = config["relaxation"]
+    of_surrogate = settings["steps_of"].get(surrogates.parse(label).name, settings["steps"])
+    return settings["steps_of"].get(label, of_surrogate)
 
 
 def dem_settings(config: Mapping, slurry: Slurry) -> dict:
@@ -770,7 +786,7 @@ def _default(value: Any, path: Sequence[str]) -> str:
     if key != "*":
         return _default(value[key], rest)
     items = value.values() if isinstance(value, Mapping) else value
-    return ("; " if "*" in rest else ", ").join(_default(item, rest) for item in items)
+    return ("; " if "*" in rest else ", ").join(_default(item, rest) for item in items) or "none"
 
 
 def _rows(rule: Mapping, default: Any, name: str = "", path: tuple[str, ...] = ()) -> Iterator[str]:
@@ -778,7 +794,7 @@ def _rows(rule: Mapping, default: Any, name: str = "", path: tuple[str, ...] = (
     for key, item in rule["properties"].items():
         yield from _row(item, default, f"{name}.{key}".lstrip("."), (*path, key))
     for item in rule.get("patternProperties", {}).values():
-        yield from _rows(item, default, f"{name}.<phase>", (*path, "*"))
+        yield from _row(item, default, f"{name}.<{rule['each']}>", (*path, "*"))
 
 
 def _row(rule: Mapping, default: Any, name: str, path: tuple[str, ...]) -> Iterator[str]:

@@ -355,7 +355,7 @@ def settings_section(results: Results) -> Section:
         ["Slurries: training", str(len(results.slurries("train"))), str(study.TRAINING_SLURRIES)],
         ["Slurries: held out", str(len(held_out)), str(study.HELD_OUT_SLURRIES)],
         ["Slurries: new, only to the last input frame", str(len(new)), "–"],
-        ["Relaxation after the prediction (steps)", f"{results.config['relaxation']['steps']:,}", "not stated"],
+        ["Relaxation after the prediction (steps)", relaxed_for(results), "not stated"],
     ]
     if not results.adopted_model:
         samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
@@ -500,6 +500,18 @@ def coverage_section(results: Results) -> Section:
     columns = ["Slurry", *(covered_words(quantity)[0] for quantity in by_quantity)]
     section.blocks.append(Table("Table S9", caption, columns, rows))
     return section
+
+
+def relaxed_for(results: Results) -> str:
+    """Steps of the relaxation of each surrogate, as they were taken: "3,500 of affine; 2,000 of neighbours"."""
+    relaxations = results.costs[results.costs.stage == "relax_slurry"]
+    by_steps = {}
+    for surrogate in results.surrogates:
+        for steps in relaxations[relaxations.surrogate == surrogate].steps.unique():
+            by_steps.setdefault(int(steps), []).append(surrogate)
+    if len(by_steps) == 1:
+        return f"{next(iter(by_steps)):,}"
+    return "; ".join(f"{steps:,} of {listed(surrogates)}" for steps, surrogates in by_steps.items())
 
 
 def covered_cell(row: NamedTuple) -> str:

@@ -82,9 +82,11 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
     table, target = tmp_path / "slurries.tsv", f"results/plan_{tmp_path.name}/tables/relaxation.csv"
     tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())["yardsticks"]
 
-    def planned(rows: int, **keys: object) -> tuple[subprocess.CompletedProcess, list[str]]:
+    def planned(
+        rows: int, steps_of: dict | None = None, **keys: object
+    ) -> tuple[subprocess.CompletedProcess, list[str]]:
         table.write_text("\n".join(["id\trole\tmass_units\tthickness_ratio\tseed", *lines[:rows], ""]))
-        config = own(tmp_path, slurries=str(table), yardsticks=tiny | keys)
+        config = own(tmp_path, slurries=str(table), yardsticks=tiny | keys, relaxation={"steps_of": steps_of or {}})
         done = plan(config, target)
         return done, re.findall(r"--relaxed \S*/hybrid/affine/(\S+)\.h5", done.stdout)
 
@@ -94,6 +96,10 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
     made = {name for name in relaxed if name.startswith("V1/relaxed")}
     assert made == {"V1/relaxed", "V1/relaxed-300", "V1/relaxed-50"}
     assert not any("-" in name for name in relaxed if not name.startswith("V1/"))
+    done, relaxed = planned(4, {"affine": 300}, relaxation_steps=[1000, 300, 50])
+    made = {name for name in relaxed if name.startswith("V1/relaxed")}
+    assert made == {"V1/relaxed", "V1/relaxed-1000", "V1/relaxed-50"}
+    assert re.findall(r'"steps": (\d+), .*hybrid/affine/V1/relaxed.h5', done.stdout) == ["300"]
     for rows_, keys, said in (
         (3, {}, "no slurry of role validation: must be at least one for this target"),
         (4, {"relaxation_steps": []}, "yardsticks.relaxation_steps = []: must be at least one number for this target"),

@@ -241,21 +241,26 @@ def prediction_minutes(wildcards, attempt):
 
 def relaxation(wildcards):
     """Settings of a relaxation, for the steps in `-500`; an empty text stands for those of the configuration."""
+    settings = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
     steps = wildcards.steps.removeprefix("-")
-    return config["relaxation"] | ({"steps": int(steps)} if steps else {})
+    return settings | {"steps": int(steps) if steps else configuration.relaxation_steps(config, wildcards.surrogate)}
 
 
 def relaxed_for_steps(path):
     """Files of rule relax_slurry for every surrogate, validation slurry and number of steps; `path` as in its output.
 
-    The relaxation for relaxation.steps is that of the main job.
+    The relaxation for as many steps as the configuration gives the surrogate is that of the main job.
     """
     if not RELAXATION_STEPS:
         raise WorkflowError("yardsticks.relaxation_steps = []: must be at least one number for this target")
     if not with_role("validation"):
         raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
-    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
-    return expand(path, surrogate=LABELS, slurry=with_role("validation"), steps=steps)
+    found = []
+    for label in LABELS:
+        own = configuration.relaxation_steps(config, label)
+        steps = ["" if number == own else f"-{number}" for number in RELAXATION_STEPS]
+        found += expand(path, surrogate=label, slurry=with_role("validation"), steps=steps)
+    return found
 
 
 def timestep_runs():
