@@ -247,6 +247,19 @@ def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
     assert configuration.first_frame_seen(config, "linear") == 10
 
 
+def test_order_of_keys_is_that_of_the_schema_but_for_phases(config):
+    def backwards(value):
+        return {key: backwards(value[key]) for key in reversed(value)} if isinstance(value, dict) else value
+
+    ordered = configuration.in_order(config)
+    assert ordered == config and json.dumps(ordered) == json.dumps(config)
+    phases = list(config["formulation"]["phases"])
+    ordered = configuration.in_order(backwards(config))
+    assert ordered == config and list(ordered["formulation"]["phases"]) == phases[::-1]
+    ordered["formulation"]["phases"] = {phase: ordered["formulation"]["phases"][phase] for phase in phases}
+    assert json.dumps(ordered) == json.dumps(config)
+
+
 def test_relaxation_steps_of_a_label_go_before_those_of_its_surrogate(config):
     config["relaxation"] |= {"steps": 3500, "steps_of": {"neighbours": 2000, "neighbours_f18": 1500}}
     steps = [

@@ -765,6 +765,22 @@ def check(config: Mapping) -> list[str]:
     return _problems(config)[1]
 
 
+def in_order(config: Mapping, rule: Mapping | None = None) -> dict:
+    """The same configuration with its keys in the order of the schema, at every level.
+
+    Laid over another one, the keys of a file come first. Scripts take sections as text, and Snakemake repeats what is
+    called with another text. The order of phases, which numbers them, stays.
+    """
+    rule = schema("config") if rule is None else rule
+    known = rule.get("properties", {})
+    (further,) = rule.get("patternProperties", {"": {}}).values()
+    keys = [key for key in known if key in config] + [key for key in config if key not in known]
+    return {
+        key: in_order(value, known.get(key, further)) if isinstance(value, Mapping) and value else value
+        for key, value in ((key, config[key]) for key in keys)
+    }
+
+
 def checked_slurries(config: Mapping) -> list[Slurry]:
     """The slurries of a configuration without problems; raises ConfigurationError with all lines of `check`."""
     slurries, lines = _problems(config)

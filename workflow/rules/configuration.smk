@@ -32,6 +32,8 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
+config = configuration.in_order(config)
+
 TRAINING_NEEDED = config["surrogate"]["model"] is None
 if not TRAINING_NEEDED:
     SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # nothing would use them
