@@ -8,7 +8,7 @@ from snakemake.utils import update_config
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "reduced", "full", "size", "size_clock"]
+SCALES = ["tiny", "reduced", "small", "start", "full", "size", "size_clock"]
 
 
 def load(name: str) -> dict:

@@ -13,6 +13,7 @@ from configurations import HEADER, ROOT, SCALES, copy_tables, load, merged, nest
 from slurrycast import configuration
 from slurrycast.configuration import ConfigurationError, Slurry, changed_physics, check, physics, read_slurries
 from slurrycast.files import InputError
+from slurrycast.recipe import particle_counts, particle_types
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +44,7 @@ def test_scales_hold_only_differences_and_their_own_name(scale):
         return [(path, value)]
 
     base, override = dict(leaves(load("config"))), leaves(load(scale))
-    assert [path for path, value in override if base[path] == value] == []
+    assert [path for path, value in override if base.get(path) == value] == []
     assert load(scale)["run"] == {"name": scale}
 
 
@@ -83,6 +84,22 @@ def test_schemas_are_valid_and_refuse_unknown_keys_at_every_level(name):
 def test_readme_is_in_step_with_schema_and_configuration():
     readme = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
     assert readme.partition(configuration.GENERATED)[2] == configuration.reference()
+
+
+def test_readme_has_every_configuration_with_its_scale():
+    """In its table, between the name of the file and what it is for."""
+    lines = (ROOT / "config" / "README.md").read_text(encoding="utf-8").splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| `")]
+    for path in sorted((ROOT / "config").glob("*.yaml")):
+        config = shipped(path.stem)
+        (row,) = (row for row in rows if f"`{path.name}`" in row[0])
+        types = particle_types(config["formulation"]["phases"])
+        particles = particle_counts(types, config["formulation"]["unit_mass_pg"]).sum()
+        steps, step_us = config["dem"]["steps"], config["dem"]["timestep_us"]
+        network = "neighbours" if "neighbours" in row[4] else "vgg16"
+        expected = [f"{particles:,}".replace(",", " "), f"{steps:,}".replace(",", " "), f"{step_us:.0e}"]
+        assert row[1:4] == [*expected[:2], expected[2].replace("e-0", "e-")], path.name
+        assert row[4].split()[0] == str(config["surrogate"][network]["epochs"]), path.name
 
 
 # ---- several mistakes, and mistakes that only show together

@@ -48,6 +48,34 @@ def test_relaxation(root, comments):
     assert f"at a constant 300 K {cold.min():.1%} to {cold.max():.1%}" in comments("config")
 
 
+def test_relaxation_steps_of_some_surrogates(root, comments):
+    runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "steps.csv")
+    default = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
+    config = yaml.safe_load((root / "config" / "small.yaml").read_text())
+    own = config["relaxation"]["steps_of"]
+    seen = pd.read_csv(root / config["slurries"], sep="\t").query("role in ('train', 'test')").id
+    assert not set(runs.slurry) & set(seen)
+    same = (runs.start_temperature_k == default["start_temperature_k"]) & (
+        runs.pressure_damping_us == default["pressure_damping_us"]
+    )
+    errors = runs[same].pivot_table(index="slurry", columns=["surrogate", "steps"], values="density_error")
+    assert len(errors) == 10
+    labels = [("neighbours", "neighbours"), ("driven_dem", "driven_dem"), ("driven_dem", "driven_dem_f24")]
+    assert set(own) == {name for name, _ in labels}
+    shorter, longer = ([errors[label, steps] for _, label in labels] for steps in (own["neighbours"], default["steps"]))
+    assert set(own.values()) == {own["neighbours"]}
+    for short, long in zip(shorter, longer, strict=True):
+        assert short.notna().all() and long.notna().all() and abs(short.mean()) < abs(long.mean())
+    means = [f"{100 * error.mean():+.2f}%" for error in (*shorter, *longer)]
+    affine = errors["affine", default["steps"]]
+    assert affine.notna().all()
+    text = comments("small")
+    (first, second, third), (fourth, fifth, sixth) = means[:3], means[3:]
+    assert f"mean density {first} (neighbours), {second} (driven_dem) and {third} (driven_dem_f24) from" in text
+    assert f"with {default['steps']} steps {fourth}, {fifth} and {sixth}; and" in text
+    assert f"the affine map at {100 * affine.mean():+.2f}% (" in text
+
+
 def test_barostat_of_the_larger_scales(root, comments):
     runs = {
         scale: pd.read_csv(root / "results" / "reference" / "densification" / f"{scale}_6.csv")
