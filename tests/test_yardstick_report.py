@@ -428,9 +428,9 @@ def test_steps_that_each_surrogate_needs(yardsticks):
     within = {"persistence": [False, False], "affine": [True, True], "net": [False, True], "affine_f02": [True, True]}
     relaxed = replace(yardsticks, relaxation=relaxation_table(within))
     assert relaxation_sentence(relaxed) == (
-        "Fewest steps of relaxation, of 500 and 3,500, from which on the density is within 2 replica sd and the RDF "
-        "within 2 replica spreads of the DEM, for validation slurry V1: 500 for affine and affine_f02; 3,500 for net; "
-        "none of them is enough for persistence."
+        "Steps of relaxation, of 500 and 3,500, after which the density is within 2 replica sd and the RDF within 2 "
+        "replica spreads of the DEM, for validation slurry V1: 500 and 3,500 for affine and affine_f02; 3,500 for net; "
+        "none of them for persistence."
     )
     section = relaxation_section(relaxed)
     assert section.blocks[-1].rows[0] == ["persistence", "1.20%", "1.2", "1.2", "0.8", "0.8", "1", "7", "none"]
@@ -504,7 +504,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
         "On that of density error against cost: affine_f02, affine, net and the full DEM",
         "1,230",
         "paid back after 18 slurries",
-        "500 for affine; 3,500 for net",
+        "500 and 3,500 for affine; 3,500 for net",
         "on 2 of 4 test slurries (all: 84.9% to 97.2%)",
         "net 6 test 0.71 32.4% 1.87 97.2% 0.42 0.21 0.345",
     ):

@@ -58,17 +58,16 @@ def relaxation_errors(
     return pd.DataFrame(rows)
 
 
-def fewest_steps(table: pd.DataFrame) -> dict[str, int | None]:
-    """Fewest steps by surrogate from which on all slurries are within the band; None if after the most they are not.
+def enough_steps(table: pd.DataFrame) -> dict[str, list[int]]:
+    """Numbers of steps by surrogate, rising, after which all slurries are within the band; `table` is relaxation.csv.
 
-    `table` is tables/relaxation.csv. A number of steps that does only because a longer relaxation leaves the band again
-    is luck and does not count.
+    They may end before the most that were tried: a prediction that is dense enough only becomes denser with further
+    steps, until the DEM's density is left behind.
     """
     found = {}
     for surrogate, own in table.groupby("surrogate", sort=False):
-        within = own.groupby("steps").within_band.all().sort_index(ascending=False)
-        kept = within.index[np.logical_and.accumulate(within.to_numpy())]
-        found[str(surrogate)] = int(kept.min()) if len(kept) else None
+        within = own.groupby("steps").within_band.all().sort_index()
+        found[str(surrogate)] = [int(steps) for steps in within.index[within]]
     return found
 
 

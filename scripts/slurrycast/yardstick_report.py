@@ -30,7 +30,7 @@ from slurrycast.page import (
     pair_name,
     span,
 )
-from slurrycast.relaxation import fewest_steps, mean_errors
+from slurrycast.relaxation import enough_steps, mean_errors
 from slurrycast.verdicts import (
     JUDGED_WORDS,
     TIE_RULE,
@@ -629,15 +629,16 @@ def ablation_section(yardsticks: Yardsticks) -> Section | None:
 def relaxation_sentence(yardsticks: Yardsticks) -> str:
     """After how many steps each surrogate is within the band of the replicas."""
     tried = sorted(set(yardsticks.relaxation.steps))
-    found = fewest_steps(yardsticks.relaxation)
-    parts = []
-    for steps in [*tried, None]:
-        those = [name for name, own in found.items() if own == steps]
-        if those:
-            parts.append(f"{'none of them is enough' if steps is None else f'{steps:,}'} for {listed(those)}")
+    by_steps = {}
+    for name, steps in enough_steps(yardsticks.relaxation).items():
+        by_steps.setdefault(tuple(steps), []).append(name)
+    parts = [
+        f"{listed([f'{number:,}' for number in steps]) if steps else 'none of them'} for {listed(names)}"
+        for steps, names in sorted(by_steps.items(), key=lambda part: (not part[0], part[0]))
+    ]
     slurries = list(dict.fromkeys(yardsticks.relaxation.slurry))
     return (
-        f"Fewest steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, from which on the density is "
+        f"Steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, after which the density is "
         f"within {BAND_SDS} replica sd and the RDF within {yardsticks.rdf_bar:g} replica spreads of the DEM, for "
         f"validation {named(slurries)}: {'; '.join(parts)}."
     )
@@ -649,16 +650,16 @@ def relaxation_section(yardsticks: Yardsticks) -> Section | None:
     if table is None:
         return None
     labels, tried = labels_of(table), sorted(set(table.steps))
-    found, by_surrogate = fewest_steps(table), table.groupby("surrogate")
+    found, by_surrogate = enough_steps(table), table.groupby("surrogate")
     overlap = by_surrogate.overlap_mean_predicted.mean()
     means = {column: mean_errors(table, column, labels) for column in ("density_in_sd", "rdf_in_spread", "cpu_s")}
     rows = []
     for name in labels:
         cells = [number(means[column].loc[name, steps]) for column in means for steps in tried]
-        rows.append([name, f"{overlap[name]:.2%}", *cells, "none" if found[name] is None else f"{found[name]:,}"])
+        rows.append([name, f"{overlap[name]:.2%}", *cells, listed([f"{steps:,}" for steps in found[name]]) or "none"])
     columns = ["Surrogate", "predicted", *[f"{steps:,}" for steps in tried] * len(means), "within the band"]
     groups = [("", 1), ("Mean overlap", 1), ("Density error (replica sd)", len(tried))]
-    groups += [("RDF difference (replica spreads)", len(tried)), ("CPU time (s)", len(tried)), ("Fewest steps", 1)]
+    groups += [("RDF difference (replica spreads)", len(tried)), ("CPU time (s)", len(tried)), ("Steps", 1)]
     caption = (
         "Predictions after relaxations of so many steps, each cooling to the temperature of the DEM at its end: means "
         "over the validation slurries. Mean overlap is that of the contacts of the prediction before relaxation, as a "
