@@ -2,7 +2,7 @@
 
 REQUIRED INPUTS:
     dem/{slurry}/dump.lammpstrj, inputs.json, run.json
-    config[learning]
+    config[learning], config[surrogate][packing_fraction]
 
 OUTPUTS:
     frames/{slurry}.h5

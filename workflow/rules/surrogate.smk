@@ -1,8 +1,8 @@
-"""Surrogates: trained on the data set or taken as they are, then asked for each slurry that was not trained on.
+"""Surrogates: trained on the data set or on frames, or taken as they are, then asked for each slurry that was not trained on.
 
 REQUIRED INPUTS:
-    dataset/training.h5 and frames/{slurry}.h5, or config[surrogate][model]; dataset/packing_fraction.json
-    dem/{slurry}/frame_<k>.restart
+    frames/{slurry}.h5; dataset/training.h5 or config[surrogate][model]; dataset/packing_fraction.json
+    dem/{slurry}/frame_<k>.restart, inputs.json, coefficients.lmp, run.json: for those that go on with the DEM
     config[learning], config[surrogate]
 
 OUTPUTS:

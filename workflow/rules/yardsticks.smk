@@ -1,7 +1,8 @@
 """What the predictions are measured against: the noise of the DEM, its limit, and the cheapest alternatives.
 
 REQUIRED INPUTS:
-    frames/{slurry}.h5, of replicas too; dem/{slurry}/frame_<k>.restart, run.json
+    frames/{slurry}.h5, of replicas too; dem/{slurry}/frame_<k>.restart, run.json, inputs.json, coefficients.lmp
+    models/{surrogate}/history.csv, dataset/training.h5: for the ablation
     hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
     costs/, tables/equilibrium.csv, cost.csv, speedup.csv
     config[yardsticks]
@@ -13,6 +14,7 @@ OUTPUTS:
     tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
     ablation.csv, relaxation.csv, uncertainty.csv
     models/{surrogate}/calibration.json
+    figures/skill.png, structure.png, front.png, relaxation.png, uncertainty.png; yardsticks.html
 """
 
 YARDSTICKS = list(LABELS)
