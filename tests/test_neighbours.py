@@ -333,6 +333,11 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
     (tmp_path / "model.keras").write_text("no model")
     with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
         answer(tmp_path / "model.keras", *slurry())
+    from slurrycast.surrogates import neighbour_network
+
+    neighbour_network.build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
+    with pytest.raises(InputError, match=r"model\.keras: not a model of neighbours, or one of an earlier version"):
+        answer(tmp_path / "model.keras", *slurry())
     history, edges_um = slurry()
     with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
         answer(model, history[:, 1:], edges_um[1:])

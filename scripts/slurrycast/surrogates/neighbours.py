@@ -507,9 +507,12 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-        (ensemble,) = (layer for layer in model.layers if isinstance(layer, neighbour_network.Ensemble))
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
+    ensembles = [layer for layer in model.layers if isinstance(layer, neighbour_network.Ensemble)]
+    if len(ensembles) != 1:
+        raise InputError(f"{model_path}: not a model of {NAME}, or one of an earlier version: train it again")
+    (ensemble,) = ensembles
     n_scalars, n_past = ensemble.shape["n_scalars"], ensemble.shape["n_past"]
     n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 2
     if n_past != n_frames - 1:
