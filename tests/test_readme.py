@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from slurrycast import study
+from slurrycast.relaxation import enough_steps
 from slurrycast.tables import read_equilibrium, read_table
 
 
@@ -250,7 +251,8 @@ def neighbours_lines(folder: Path, text: str) -> list[str]:
     test = list(roles.index[roles == "test"])
     skill = tables["skill"].pivot(index="slurry", columns="surrogate", values="skill").loc[test]
     error = tables["skill"].pivot(index="slurry", columns="surrogate", values="mse_um2").loc[test]
-    share = tables["front"].pivot(index="slurry", columns="surrogate", values="cost_share_of_full_dem").loc[test].mean()
+    of_slurry = tables["front"].pivot(index="slurry", columns="surrogate", values="cost_share_of_full_dem").loc[test]
+    share = of_slurry.mean()
     ratio = error.neighbours / error.affine
     own = skill.neighbours
     lines = [
@@ -276,9 +278,11 @@ def neighbours_lines(folder: Path, text: str) -> list[str]:
     overlap = tables["relaxation"].groupby(["slurry", "surrogate"]).overlap_mean_predicted.first()
     for slurry in ("V1", "V2"):
         lines.append(f"{overlap[slurry, 'neighbours']:.1%} on {slurry} in place of {overlap[slurry, 'affine']:.1%}")
-    assert share["driven_dem"] < share["affine_f24"] < share["neighbours"] < share["early_dem_x2"]
+    assert share["driven_dem"] < 0.7 * share["neighbours"] and share["early_dem_x2"] > 1.5 * share["neighbours"]
+    assert (abs(share[["affine_f24", "driven_dem_f24"]] - share["neighbours"]) < 0.01).all()  # "for as much"
     assert own.mean() < skill["affine_f24"].mean() < skill["driven_dem_f24"].mean()
     assert (own > skill["early_dem_x2"]).all() and (own > 0).all()
+    assert (of_slurry["neighbours"] < of_slurry["early_dem_x2"]).all()
     sure = tables["uncertainty"].query("surrogate == 'neighbours'")
     sure = sure[sure.slurry.isin(test)]
     for level in (0.5, 0.9):
@@ -294,12 +298,14 @@ def neighbours_lines(folder: Path, text: str) -> list[str]:
     predicted = cost[(cost.stage == "predict_slurry") & (cost.surrogate == "neighbours")].set_index("slurry").cpu_s
     lines.append(f"{predicted['2']:.0f} s of CPU time for 1,775 particles and {predicted['6']:.0f} s for 8,874")
     lines.append(f"on average {ranks.mean():.2f}")
-    (off_v1,) = (
-        tables["relaxation"].query("surrogate == 'neighbours' and slurry == 'V1' and steps == 3500").density_in_sd
-    )
-    lines.append(f"`neighbours` is {off_v1:.1f} sd of the replicas off on V1")
-    cases = tables["relaxation"].query("steps == 1000").groupby("surrogate").within_band.all()
-    assert not cases.any()
+    enough = enough_steps(tables["relaxation"])
+    assert not any(1000 in steps for steps in enough.values())
+    assert {label for label, steps in enough.items() if 2000 in steps} == {
+        *("neighbours", "driven_dem", "early_dem_x2", "affine_f24")
+    }
+    assert [label for label, steps in enough.items() if 3500 in steps] == ["affine_f24"]
+    long = tables["relaxation"].query("steps == 3500 and not within_band and surrogate != 'affine_f24'")
+    assert (long.density_error > 0).all() and long.surrogate.nunique() == 5
     covered = sure[abs(sure.level - 0.9) < 1e-9].coverage
     rdf = relaxed[(relaxed.surrogate == "neighbours") & (relaxed.quantity == "rdf_all") & relaxed.slurry.isin(test)]
     density = relaxed[(relaxed.surrogate == "neighbours") & (relaxed.quantity == "density_g_cm3")]
@@ -350,7 +356,8 @@ def test_neighbours_in_the_readme(root, reference):
     share = front[front.slurry.isin(list("1234567"))].groupby("surrogate").cost_share_of_full_dem.mean()
     for label in ("driven_dem", "affine_f24", "driven_dem_f24"):
         assert f"`{label}` {means[label]:.2f} at {share[label]:.1%}" in text
-        assert share[label] < share.neighbours
+    assert share.driven_dem < share.neighbours
+    assert (abs(share[["affine_f24", "driven_dem_f24"]] - share.neighbours) < 0.01).all()  # "for as much"
     assert f"at {share.neighbours:.1%} of the cost of a full DEM" in text
     assert means.affine_f24 > means.neighbours
     particles = pd.read_csv(reference / "small" / "tables" / "equilibrium.csv").query("role == 'train'").particles
@@ -369,7 +376,7 @@ def test_neighbours_as_they_were_tried(root, reference):
             *before, epochs, of_epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s = row
             epochs = epochs if epochs == of_epochs else f"{epochs} of {of_epochs}"
             assert f"| {' | '.join([*before, epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s])} |" in text
-    for name in ("twins", "later", "driven", "corrected"):
+    for name in ("twins", "later", "driven", "corrected", "ranked", "epochs"):
         for row in pd.read_csv(reference / "neighbours" / f"{name}.csv", dtype=str).itertuples(index=False):
             assert f"| {' | '.join('-' if pd.isna(cell) else cell for cell in row)} |" in text
     displaced = pd.read_csv(reference / "neighbours" / "displaced.csv", dtype={"displacement_um": str})
