@@ -269,8 +269,10 @@ def neighbours_lines(folder: Path, text: str) -> list[str]:
         density = of_label[of_label.quantity == "density_g_cm3"].loc[test]
         rdf = of_label[of_label.quantity == "rdf_all"].loc[test]
         off, spreads = abs(density.value / density.dem_value - 1), rdf.value / rdf.replica_sd
-        in_band = (abs(density.value - density.dem_value) <= 2 * density.replica_sd).sum()
+        off_g_cm3 = abs(density.value - density.dem_value)
+        in_band, of_two = (off_g_cm3 <= 2 * density.replica_sd).sum(), (off_g_cm3 <= 8**0.5 * density.replica_sd).sum()
         lines += [
+            f"`{label}` on {of_two} of {len(test)}",
             f"density within {off.max():.2%} of the DEM's ({off.mean():.2%} on average)",
             f"within two sd of the replicas on {in_band} of {len(test)} slurries",
             f"RDF within {spreads.max():.2f} of the replicas' spread",
