@@ -28,13 +28,14 @@ def parse_args() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def input_shapes(path: Path) -> dict[str, tuple[int | None, ...]]:
-    """Shapes of a model's inputs by their names, without the batch; InputError if the file is no Keras model."""
+def read_architecture(path: Path) -> tuple[dict[str, tuple[int | None, ...]], set[str]]:
+    """Shapes of a model's inputs by name, without the batch, and classes of its layers; InputError if it is none."""
     try:
         with zipfile.ZipFile(path) as archive:
             layers = json.loads(archive.read("config.json"))["config"]["layers"]
         inputs = [layer["config"] for layer in layers if layer["class_name"] == "InputLayer"]
-        return {config["name"]: tuple(config["batch_shape"][1:]) for config in inputs}
+        shapes = {config["name"]: tuple(config["batch_shape"][1:]) for config in inputs}
+        return shapes, {layer["class_name"] for layer in layers}
     except (OSError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
         raise InputError(f"surrogate.model: {path} is no Keras model ({error})") from error
 
@@ -48,14 +49,20 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
-        shapes = input_shapes(args.trained)
-        expected = surrogates.load(label.name).input_shapes(len(args.input_frames), label.settings)
+        shapes, kinds = read_architecture(args.trained)
+        surrogate = surrogates.load(label.name)
+        expected = surrogate.input_shapes(len(args.input_frames), label.settings)
         # the one input of a network of one, whatever its name
         found = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
         if any(found.get(name) != shape for name, shape in expected.items()):
             raise InputError(
                 f"surrogate.model: {args.trained} takes inputs of shape {_listed(shapes)}, "
                 f"{args.surrogate} needs {_listed(expected)}"
+            )
+        if not {getattr(surrogate, "MODEL_LAYER", None)} <= {None, *kinds}:
+            raise InputError(
+                f"surrogate.model: {args.trained} is no model of {label.name}, or one of an earlier version: "
+                "train it again"
             )
         with moved_into_place(args.model) as part:
             shutil.copyfile(args.trained, part)

@@ -6,6 +6,7 @@ Out: yardsticks.html with embedded images. Units are those of the tables' column
 """
 
 import argparse
+import json
 from pathlib import Path
 
 from slurrycast.command_line import Parser, input_file, run_main
@@ -23,6 +24,7 @@ def parse_args() -> argparse.Namespace:
         "--density-bar", type=float, required=True, help="largest density error, as a share of the DEM's"
     )
     parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--relaxed-for", required=True, type=json.loads, help="JSON: steps of relaxation by label")
     parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
     parser.add_argument("--noise", type=input_file, required=True, help="in: tables/noise.csv")
@@ -52,6 +54,7 @@ def main() -> None:
         networks=args.networks,
         density_bar=args.density_bar,
         rdf_bar=args.rdf_bar,
+        relaxed_for=args.relaxed_for,
         **{name: read_table(getattr(args, name)) for name in tables},
         ablation=read_table(args.ablation) if args.ablation else None,
         relaxation=read_table(args.relaxation) if args.relaxation else None,

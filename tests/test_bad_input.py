@@ -368,8 +368,11 @@ BAD_VALUES = {
         ),
         (
             "relaxation.steps_of",
-            {"affine_18": 100},
-            "relaxation.steps_of: 'affine_18' is not known: must be affine, and _f<NN> for the last input frame",
+            {"affine_f99": 100},
+            (
+                f'relaxation.steps_of: "affine_f99": must be the name of a surrogate, {SURROGATES}, or a label of this '
+                f"run, {NAMES}, {', '.join(load('config')['yardsticks']['surrogates'])}"
+            ),
         ),
         ("analysis.rdf_bins", 0, "analysis.rdf_bins = 0: must be a whole number at least 1 and at most 1000000"),
         ("yardsticks.replicas", 1, "yardsticks.replicas = 1: must be a whole number at least 2 and at most 1000"),

@@ -96,10 +96,11 @@ def test_readme_has_every_configuration_with_its_scale():
         types = particle_types(config["formulation"]["phases"])
         particles = particle_counts(types, config["formulation"]["unit_mass_pg"]).sum()
         steps, step_us = config["dem"]["steps"], config["dem"]["timestep_us"]
-        network = "neighbours" if "neighbours" in row[4] else "vgg16"
+        (network,) = {"neighbours", "vgg16"} & set(config["surrogate"]["names"])
         expected = [f"{particles:,}".replace(",", " "), f"{steps:,}".replace(",", " "), f"{step_us:.0e}"]
         assert row[1:4] == [*expected[:2], expected[2].replace("e-0", "e-")], path.name
-        assert row[4].split()[0] == str(config["surrogate"][network]["epochs"]), path.name
+        epochs = str(config["surrogate"][network]["epochs"])
+        assert row[4] == (epochs if network == "vgg16" else f"{epochs} of `{network}`"), path.name
 
 
 # ---- several mistakes, and mistakes that only show together
@@ -266,7 +267,9 @@ def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
 
 def test_order_of_keys_is_that_of_the_schema_but_for_phases(config):
     def backwards(value):
-        return {key: backwards(value[key]) for key in reversed(value)} if isinstance(value, dict) else value
+        if isinstance(value, dict):
+            return {key: backwards(value[key]) for key in reversed(value)}
+        return [backwards(item) for item in value] if isinstance(value, list) else value
 
     ordered = configuration.in_order(config)
     assert ordered == config and json.dumps(ordered) == json.dumps(config)
@@ -280,10 +283,13 @@ def test_order_of_keys_is_that_of_the_schema_but_for_phases(config):
 def test_relaxation_steps_of_a_label_go_before_those_of_its_surrogate(config):
     config["relaxation"] |= {"steps": 3500, "steps_of": {"neighbours": 2000, "neighbours_f18": 1500}}
     steps = [
-        configuration.relaxation_steps(config, label)
+        configuration.own_relaxation_steps(config, label)
         for label in ("affine", "neighbours", "neighbours_f18", "neighbours_f06")
     ]
     assert steps == [3500, 2000, 1500, 2000]
+    config["relaxation"]["steps_of"] = {"early_dem": 1000}  # a name that is no label without a variant
+    assert check(config) == []
+    assert configuration.own_relaxation_steps(config, "early_dem_x2") == 1000
 
 
 # ---- runs that follow from the table

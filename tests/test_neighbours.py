@@ -2,6 +2,7 @@
 
 import itertools
 import subprocess
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from slurrycast.files import InputError
 from slurrycast.frames import Frame, Particles
+from slurrycast.network_table import read_network
 from slurrycast.periodic import minimum_image, to_scaled
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.question import Question
@@ -338,6 +340,10 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
     neighbour_network.build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
     with pytest.raises(InputError, match=r"model\.keras: not a model of neighbours, or one of an earlier version"):
         answer(tmp_path / "model.keras", *slurry())
+    with zipfile.ZipFile(tmp_path / "model.keras", "w") as archive:
+        archive.writestr("metadata.json", "{}")
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        answer(tmp_path / "model.keras", *slurry())
     history, edges_um = slurry()
     with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
         answer(model, history[:, 1:], edges_um[1:])
@@ -547,3 +553,28 @@ def test_trained_network_is_adopted_if_its_input_frames_fit(command, model, tmp_
         assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
     else:
         assert "neighbours needs 3 x 3" in done.stderr
+
+
+def test_model_of_another_kind_is_not_adopted(command, tmp_path):
+    """Its inputs would fit: that of an earlier version is such a file."""
+    from slurrycast.surrogates import neighbour_network
+
+    neighbour_network.build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
+    options = {"trained": tmp_path / "model.keras", "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+    options |= {"cost": tmp_path / "cost.json", "input_frames": [8, 9, 10]}
+    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
+    assert done.returncode == 1
+    assert f"{tmp_path / 'model.keras'} is no model of neighbours, or one of an earlier version" in done.stderr
+    assert not (tmp_path / "out.keras").exists()
+
+
+def test_report_describes_the_ensemble(model):
+    network = read_network(model)
+    assert [layer.name for layer in network.layers[:-1]] == [f"Input {name}" for name in neighbours.INPUTS]
+    ensemble = network.layers[-1]
+    assert ensemble.name == "Ensemble of 2 networks, 2 layers of width 8"
+    assert ensemble.parameters == network.parameters
+    from slurrycast.surrogates import neighbour_network
+
+    one = neighbour_network.build(11, 2, [0.08, 1.0], 8, 4, 1.6, "net")
+    assert network.parameters == 2 * one.count_params()

@@ -15,7 +15,15 @@ from slurrycast import study
 from slurrycast.files import InputError
 from slurrycast.network_table import read_network
 from slurrycast.page import duration, listed, span
-from slurrycast.report import Results, extrapolations, gain_over_affine, report_html, study_differences, warnings
+from slurrycast.report import (
+    Results,
+    extrapolations,
+    gain_over_affine,
+    relaxed_for,
+    report_html,
+    study_differences,
+    warnings,
+)
 from slurrycast.speedup import HYBRID_PARTS, dem_seconds, time_unit
 from slurrycast.verdicts import TIE_RULE, judged, judged_list
 
@@ -328,6 +336,20 @@ def test_report_holds_the_numbers_and_loads_nothing(results):
         assert expected in text, expected
     assert all(address.startswith(("#", "data:image/")) for address in page.addresses)
     assert page.images == len(results.figures)
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        ({"affine": 3500, "net": 2000}, "3,500 of affine; 2,000 of net"),
+        ({"affine": 3500, "net": 3500}, "3,500"),
+        ({"affine": 3500}, "3,500 of affine"),
+        ({"affine": 3500, "net": np.nan}, "3,500 of affine"),
+    ],
+)
+def test_steps_of_relaxation_are_said_once_or_by_surrogate(results, steps, expected):
+    rows = pd.DataFrame({"surrogate": steps.keys(), "steps": steps.values()}).assign(stage="relax_slurry")
+    assert relaxed_for(replace(results, costs=rows)) == expected
 
 
 def test_report_escapes_what_it_is_given(results):

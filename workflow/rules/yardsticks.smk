@@ -628,6 +628,7 @@ rule write_yardsticks:
         "../../envs/analysis.yaml"
     params:
         run=config["run"]["name"],
+        relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in YARDSTICKS}),
         networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
         density_bar=config["yardsticks"]["density_bar"],
         rdf_bar=config["yardsticks"]["rdf_bar"],
@@ -639,7 +640,8 @@ rule write_yardsticks:
         ],
     shell:
         "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
-        " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --equilibrium {input.equilibrium:q}"
+        " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --relaxed-for {params.relaxed_for:q}"
+        " --equilibrium {input.equilibrium:q}"
         " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
         " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
         " --study-costs {input.study_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"

@@ -7,6 +7,7 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     BOX_RULE        which rule gives the final box: one of final_box.RULES
     MODEL_FILE      "model.keras" (trained, with learning curves), "model.json" (fitted in closed form), or None:
                     nothing is learned
+    MODEL_LAYER     optional, of a model.keras: class of a layer that each file of this kind has
     WEIGHTS_OF      of a model.keras: whose weights it has, of the epoch of the "lowest" validation loss or the "last"
     LEARNS_FROM     "samples" (particles of the training set, whatever their slurry), "frames" (whole slurries; then a
                     label may have a last input frame of its own), or None

@@ -51,6 +51,7 @@ LOOKS_AT = (
 )
 BOX_RULE = "mean_packing_fraction"
 MODEL_FILE = "model.keras"
+MODEL_LAYER = "Ensemble"  # what a model file of this kind holds
 WEIGHTS_OF = "last"
 LEARNS_FROM = "frames"
 LEAST_FRAMES = 2  # of the input: motion is a difference of two
@@ -507,7 +508,7 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
 
     try:
         model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, KeyError) as error:
         raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
     ensembles = [layer for layer in model.layers if isinstance(layer, neighbour_network.Ensemble)]
     if len(ensembles) != 1:
