@@ -379,7 +379,7 @@ def test_neighbours_as_they_were_tried(root, reference):
             *before, epochs, of_epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s = row
             epochs = epochs if epochs == of_epochs else f"{epochs} of {of_epochs}"
             assert f"| {' | '.join([*before, epochs, ratio_v1, ratio_v2, rank_v1, rank_v2, cpu_s])} |" in text
-    for name in ("twins", "later", "driven", "corrected", "ranked", "epochs"):
+    for name in ("twins", "later", "driven", "corrected", "ranked", "epochs", "features"):
         for row in pd.read_csv(reference / "neighbours" / f"{name}.csv", dtype=str).itertuples(index=False):
             assert f"| {' | '.join('-' if pd.isna(cell) else cell for cell in row)} |" in text
     displaced = pd.read_csv(reference / "neighbours" / "displaced.csv", dtype={"displacement_um": str})
