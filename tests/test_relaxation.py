@@ -1,4 +1,4 @@
-"""How long to relax: errors in closed form, the fewest steps of every order of successes, and the figure."""
+"""How long to relax: errors in closed form, the numbers of steps that are enough, and the figure."""
 
 import sys
 
