@@ -428,10 +428,8 @@ def start_lines(folder: Path) -> list[str]:
     frames = (2, 4, 6, 10, 18)
     of_network = [skill[name] for name in ("neighbours_f02", "neighbours_f04", "neighbours_f06", "neighbours")]
     as_late = np.interp([*of_network, skill["neighbours_f18"]], of_affine, (2, 4, 6, 10, 14, 18, 24))
-    assert ((as_late - frames).round().min(), (as_late - frames).round().max()) == (
-        5,
-        7,
-    )  # "five to seven frames later"
+    later = (as_late - frames).round()
+    assert (later.min(), later.max()) == (5, 7)  # "five to seven frames later"
     own = tables["skill"].query("surrogate == 'neighbours' and slurry in @test").skill
     rows.append(f"a skill of {own.mean():.2f} on average, {own.min():.2f} at worst")
     for words, bar, found in (

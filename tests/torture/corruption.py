@@ -140,7 +140,7 @@ def done_again(
     """Damage a file of a work folder and run the job: it has to say so, and to end with the same results."""
     how = damage(path, way, draw)
     done = project.do(job)
-    injection = Injection("damaged work folder", job.rule, kind, f"{how} of {path.relative_to(project.results)}")
+    injection = Injection("damaged work folder", job.rule, kind, f"{how} of {path.name} of {path.parents[1].name}")
     said = [line for line in done.stdout.splitlines() if path.name in line]
     injection.outcome = "said so, done again" if said else "not noticed"
     lost = [f"exit code {done.returncode}: {done.stdout.splitlines()[-1:]}"] if done.returncode else []
