@@ -8,7 +8,7 @@ distances as they are then, as in the E(n)-equivariant networks of Satorras et a
 are those of Schütt et al., arXiv:2102.03150.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import keras
 import numpy as np
@@ -146,6 +146,17 @@ class Interaction(layers.Layer):
         return state, vectors, moved_um + MOVE_UM * self.move(vectors)[:, :, 0]
 
 
+def _wired(apply: Callable, exchange: Callable, inputs: Sequence) -> tuple:
+    """Displacement and logarithm of its variance: how the layers of a network follow each other, by their names.
+
+    `apply` calls the one of that name; `exchange` hands state, vectors and estimate (n, 3) through all interactions.
+    """
+    scalars, past, *_ = inputs
+    start = apply("state", scalars), apply("vectors", past), keras.ops.zeros_like(past[:, :, 0])
+    state, _, moved_um = exchange(*start)
+    return moved_um, apply("log_variance", apply("doubt", state))
+
+
 def build(
     n_scalars: int, n_past: int, shares: Sequence[float], width: int, n_vectors: int, cutoff_um: float, name: str
 ) -> keras.Model:
@@ -163,21 +174,23 @@ def build(
     receivers = keras.Input((), dtype="int32", name="receivers")
     senders = keras.Input((), dtype="int32", name="senders")
     separation_um = keras.Input((3,), name="separation_um")
-    state = layers.Dense(width, name="state")(scalars)
-    vectors = layers.Dense(n_vectors, use_bias=False, name="vectors")(past)
-    moved_um = layers.Rescaling(0.0, name="affine")(past[:, :, 0])
-    left = scalars[:, LEFT]
-    for number, share in enumerate(shares, start=1):
-        interaction = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")
-        state, vectors, moved_um = interaction(
-            state, vectors, moved_um, radius_um, left, receivers, senders, separation_um
-        )
-    log_variance = layers.Dense(width, activation="silu", name="doubt")(state)
-    log_variance = layers.Dense(
-        1, kernel_initializer="zeros", bias_initializer=keras.initializers.Constant(LOG_VARIANCE), name="log_variance"
-    )(log_variance)
     inputs = [scalars, past, radius_um, receivers, senders, separation_um]
-    return keras.Model(inputs, [moved_um, log_variance], name=name)
+    first_guess = keras.initializers.Constant(LOG_VARIANCE)
+    by_name = {
+        "state": layers.Dense(width, name="state"),
+        "vectors": layers.Dense(n_vectors, use_bias=False, name="vectors"),
+        "doubt": layers.Dense(width, activation="silu", name="doubt"),
+        "log_variance": layers.Dense(1, kernel_initializer="zeros", bias_initializer=first_guess, name="log_variance"),
+    }
+    seen = radius_um, scalars[:, LEFT], receivers, senders, separation_um
+
+    def exchange(*estimate):
+        for number, share in enumerate(shares, start=1):
+            estimate = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")(*estimate, *seen)
+        return estimate
+
+    outputs = _wired(lambda layer, *given: by_name[layer](*given), exchange, inputs)
+    return keras.Model(inputs, list(outputs), name=name)
 
 
 def by_layer(network: keras.Model, n_stages: int) -> keras.Model:
@@ -226,7 +239,7 @@ class Ensemble(layers.Layer):
         The layers are one program, gone through for each in turn: that of all one after the other takes seconds to
         trace and to compile.
         """
-        scalars, past, radius_um, *pairs = inputs
+        scalars, _, radius_um, *pairs = inputs
         parts = iter(tf.split(weights, self._sizes()))
         own = {
             layer.name: [tf.reshape(next(parts), variable.shape) for variable in layer.trainable_variables]
@@ -241,14 +254,15 @@ class Ensemble(layers.Layer):
         one = self.network.get_layer(names[0])
         of_layers = [tf.stack(values) for values in zip(*(own[name] for name in names), strict=True)]
 
-        def exchange(k, *estimate):
+        def step(k, *estimate):
             values = [tf.gather(value, k) for value in of_layers]
             given = (*estimate, radius_um, scalars[:, LEFT], *pairs, shares[k])
             return k + 1, *one.stateless_call(values, [], *given)[0]
 
-        start = 0, apply("state", scalars), apply("vectors", past), tf.zeros_like(past[:, :, 0])
-        _, state, _, moved_um = tf.while_loop(lambda k, *_: k < len(names), exchange, start)
-        return moved_um, apply("log_variance", apply("doubt", state))
+        def exchange(*estimate):
+            return tf.while_loop(lambda k, *_: k < len(names), step, (0, *estimate))[1:]
+
+        return _wired(apply, exchange, inputs)
 
     def compute_output_spec(self, inputs, **_) -> tuple[keras.KerasTensor, ...]:
         """Shapes of the answers; said here because Keras finds them by tracing, which takes a second."""
