@@ -145,6 +145,9 @@ rule plot_learning_curves:
         f"{RESULTS}/benchmarks/plot_learning_curves/{{surrogate}}.tsv"
     conda:
         "../../envs/analysis.yaml"
+    params:
+        learns_from=lambda wildcards: MODULES[wildcards.surrogate].LEARNS_FROM,  # for the caption, as the next one
+        weights_of=lambda wildcards: MODULES[wildcards.surrogate].WEIGHTS_OF,
     shell:
         "python {input.script:q} --history {input.history:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
 
