@@ -52,7 +52,7 @@ reference:
 	for file in $$(cd $(FROM) && ls models/*/history.csv models/*/calibration.json $(FIGURES:%=figures/%.png) 2>/dev/null); do \
 		mkdir -p $(REFERENCE)/$$(dirname $$file); cp $(FROM)/$$file $(REFERENCE)/$$file; done
 	if [ -n "$(SLURRY)" ]; then mkdir -p $(REFERENCE)/frames; \
-		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
+		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.data.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
 		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'; \
 		rm -rf $(REFERENCE)/frames/.checksums; fi
 

@@ -11,9 +11,9 @@ import zipfile
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, moved_into_place, write_text
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, moved_into_place, write_text
 
 
 def parse_args() -> argparse.Namespace:

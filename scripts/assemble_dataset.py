@@ -9,11 +9,11 @@ import argparse
 
 import numpy as np
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.dataset import TrainingSet, split, write_training_set
-from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.frames import read_frames
+from slurrycast.data.dataset import TrainingSet, split, write_training_set
+from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.data.frames import read_frames
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:

@@ -9,9 +9,9 @@ for the share `level` of coordinates), slurries, and the number of coordinates.
 import argparse
 from pathlib import Path
 
-from slurrycast.command_line import Parser, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.uncertainty import calibrate, read_judged
+from slurrycast.evaluation.uncertainty import calibrate, read_judged
+from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:

@@ -19,11 +19,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.coverage import State, coverage, state
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import read_frames
+from slurrycast.analysis.coverage import State, coverage, state
+from slurrycast.data.frames import read_frames
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 
 def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str, State, list[float]]:

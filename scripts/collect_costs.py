@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import Cost, read_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.speedup import dem_seconds
+from slurrycast.evaluation.speedup import dem_seconds
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import Cost, read_cost
+from slurrycast.runtime.files import InputError, write_text
 
 
 def cost_to_input(path: Path, input_steps: int) -> dict:

@@ -12,10 +12,10 @@ there, and a note says on which side.
 import argparse
 from pathlib import Path
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.files import write_text
-from slurrycast.front import at_equal_cost
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.front import at_equal_cost
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.command_line import Parser, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.errors import AXES, coordinate_errors, true_box_errors
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import FrameStore, read_frames
+from slurrycast.analysis.errors import AXES, coordinate_errors, true_box_errors
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 MEASURES = ("mse_um2", "mae_um", "r2")
 COLUMNS = ("surrogate", "slurry", "axis", *MEASURES, *(f"{measure}_true_box" for measure in MEASURES))

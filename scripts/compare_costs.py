@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.files import write_text
-from slurrycast.speedup import compare_costs, label_and_steps
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

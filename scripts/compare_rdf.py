@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.rdf import mean_absolute_difference
-from slurrycast.tables import read_table
+from slurrycast.analysis.rdf import mean_absolute_difference
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference")
 

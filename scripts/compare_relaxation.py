@@ -16,15 +16,15 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost, read_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import FrameStore, read_frames
-from slurrycast.noise import curves_of_replicas, read_noise
-from slurrycast.rdf import bin_edges_um
-from slurrycast.relaxation import COLUMNS, Structure, relaxation_errors
-from slurrycast.structure import radial_distributions
-from slurrycast.tables import read_table
+from slurrycast.analysis.rdf import bin_edges_um
+from slurrycast.analysis.structure import radial_distributions
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.noise import curves_of_replicas, read_noise
+from slurrycast.evaluation.relaxation import COLUMNS, Structure, relaxation_errors
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost, read_cost
+from slurrycast.runtime.files import InputError, write_text
 
 
 def structure_of(store: FrameStore, cutoff_um: float, bins: int) -> Structure:

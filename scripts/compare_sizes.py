@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.final_box import scale_of_prediction
-from slurrycast.frames import FrameStore, read_frames
-from slurrycast.size import outside_share, power_law, shrink_time_us
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.final_box import scale_of_prediction
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
 

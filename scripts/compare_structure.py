@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
 

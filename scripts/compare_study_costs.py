@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast import study
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.files import write_text
-from slurrycast.speedup import HYBRID_PARTS
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.speedup import HYBRID_PARTS
+from slurrycast.report.report import study
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import write_text
 
 NOT_REPORTED = "not reported"
 

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.equilibrium import equilibrium
-from slurrycast.files import InputError, write_text
-from slurrycast.forcefield import rayleigh_time_us
-from slurrycast.noise import mean_and_sd, rdf_difference
-from slurrycast.recipe import particle_types
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.dem.equilibrium import equilibrium
+from slurrycast.dem.forcefield import rayleigh_time_us
+from slurrycast.dem.recipe import particle_types
+from slurrycast.evaluation.noise import mean_and_sd, rdf_difference
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 MEASURED = ("density_g_cm3", "coordination_all", "overlap_mean", "overlap_max")
 QUANTITIES = (*MEASURED, "rdf_difference", "time_to_equilibrium_us", "cpu_s")

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import read_cost
-from slurrycast.files import write_text
-from slurrycast.front import front
-from slurrycast.lammps_run import steps_per_frame
-from slurrycast.speedup import compare_costs, label_and_steps
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.dem.lammps_run import steps_per_frame
+from slurrycast.evaluation.front import front
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import read_cost
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

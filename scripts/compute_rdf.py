@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import FrameStore, Particles, read_frames
-from slurrycast.rdf import bin_edges_um, radial_distribution
+from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.data.frames import FrameStore, Particles, read_frames
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 
 def pair_masks(particles: Particles, phases: list[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:

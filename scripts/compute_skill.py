@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import read_frames
-from slurrycast.noise import Noise, final_mse_um2, read_noise, skill
+from slurrycast.data.frames import read_frames
+from slurrycast.evaluation.noise import Noise, final_mse_um2, read_noise, skill
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill")
 REFERENCE = "affine"

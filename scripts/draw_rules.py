@@ -8,8 +8,8 @@ import argparse
 import subprocess
 import sys
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.files import RunError, write_text
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import RunError, write_text
 
 
 def parse_args() -> argparse.Namespace:

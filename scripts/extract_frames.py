@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError
-from slurrycast.frames import Frame, FrameStore, Particles, read_frames, write_frames
-from slurrycast.lammps_dump import DumpFrame, as_frame, read_dump
-from slurrycast.lammps_run import steps_per_frame
-from slurrycast.recipe import sphere_volume_um3
+from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, write_frames
+from slurrycast.dem.lammps_dump import DumpFrame, as_frame, read_dump
+from slurrycast.dem.lammps_run import steps_per_frame
+from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError
 
 
 def parse_args() -> argparse.Namespace:

@@ -17,11 +17,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import read_cost
-from slurrycast.files import write_text
-from slurrycast.speedup import compare_costs, label_and_steps, scaling
-from slurrycast.tables import read_equilibrium
+from slurrycast.data.tables import read_equilibrium
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps, scaling
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import read_cost
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

@@ -9,9 +9,9 @@ import json
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.dataset import read_training_set
+from slurrycast.data.dataset import read_training_set
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:

@@ -12,12 +12,12 @@ from dataclasses import asdict
 
 import numpy as np
 
-from slurrycast import recipe
-from slurrycast.command_line import Parser, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import write_text
-from slurrycast.forcefield import coefficients, push_off_coefficients
-from slurrycast.lammps_data import write_data
+from slurrycast.dem import recipe
+from slurrycast.dem.forcefield import coefficients, push_off_coefficients
+from slurrycast.dem.lammps_data import write_data
+from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import write_text
-from slurrycast.frames import FrameStore, read_frames
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import write_text
 
 
 def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> dict:

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.equilibrium import equilibrium
-from slurrycast.files import write_text
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.dem.equilibrium import equilibrium
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import write_text
 
 
 def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:

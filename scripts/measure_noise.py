@@ -13,12 +13,20 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.frames import read_frames
-from slurrycast.noise import COLUMNS, FLOOR, RDF_PREFIX, final_mse_um2, mean_and_sd, rdf_spread, replicated_slurry
-from slurrycast.tables import read_table
+from slurrycast.data.frames import read_frames
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.noise import (
+    COLUMNS,
+    FLOOR,
+    RDF_PREFIX,
+    final_mse_um2,
+    mean_and_sd,
+    rdf_spread,
+    replicated_slurry,
+)
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 
 def replica_rows(slurry: str, structure: pd.DataFrame, curves: pd.DataFrame) -> list[dict]:

@@ -10,11 +10,11 @@ import json
 
 import numpy as np
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import write_text
-from slurrycast.frames import read_frames
-from slurrycast.recipe import sphere_volume_um3
+from slurrycast.data.frames import read_frames
+from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

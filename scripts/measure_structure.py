@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import write_text
-from slurrycast.frames import FrameStore, read_frames
-from slurrycast.rdf import bin_edges_um
-from slurrycast.structure import radial_distributions, structure_measures
+from slurrycast.analysis.rdf import bin_edges_um
+from slurrycast.analysis.structure import radial_distributions, structure_measures
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import write_text
 
 STRUCTURE_COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value")
 RDF_COLUMNS = ("surrogate", "slurry", "stage", "pair", "r_um", "g")

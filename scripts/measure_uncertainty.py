@@ -17,10 +17,17 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, write_text
-from slurrycast.uncertainty import Calibration, Judged, coverage, rank_correlation, read_calibration, read_judged
+from slurrycast.evaluation.uncertainty import (
+    Calibration,
+    Judged,
+    coverage,
+    rank_correlation,
+    read_calibration,
+    read_judged,
+)
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = (
     *("surrogate", "slurry", "role", "level", "factor", "coverage"),

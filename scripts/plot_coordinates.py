@@ -13,10 +13,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.errors import CoordinateError, coordinate_errors
-from slurrycast.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.frames import FrameStore, Particles, read_frames
+from slurrycast.analysis.errors import CoordinateError, coordinate_errors
+from slurrycast.data.frames import FrameStore, Particles, read_frames
+from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 
 def centred_position_um(store: FrameStore, k: int) -> np.ndarray:

@@ -13,11 +13,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-from slurrycast.files import InputError
-from slurrycast.speedup import HYBRID_PARTS, time_unit
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
+from slurrycast.report.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import InputError
 
 PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTED, FAINT, RELAXED), strict=True))
 COLUMNS = 2

@@ -17,9 +17,9 @@ from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import INK, PREDICTED, new_figure, save_figure
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white

@@ -13,10 +13,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from slurrycast import study
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.report.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
+from slurrycast.report.report import study
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
 LINEAR_PERCENT = 1.0

@@ -25,12 +25,12 @@ from matplotlib.ticker import LogLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from slurrycast import surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError
-from slurrycast.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
-from slurrycast.noise import BAND_SDS
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
+from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.report.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vPX*<>hpd8"
 

@@ -12,9 +12,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import TRAINING, VALIDATION, new_figure, note, save_figure
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 MEASURES = (
     ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),

@@ -15,9 +15,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.report.figures import DEM, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 COLUMNS = 4
 PAIR_LABELS = {"all": "all particles"}

@@ -17,12 +17,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import FAINT, main_labels, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError
-from slurrycast.noise import BAND_SDS
-from slurrycast.relaxation import mean_errors
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.evaluation.relaxation import mean_errors
+from slurrycast.report.figures import FAINT, main_labels, new_figure, save_figure, surrogate_colours
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import InputError
 
 PANELS = {
     "density_in_sd": ("Density", "|density − DEM| (replica sd)"),

@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from slurrycast import study
-from slurrycast.command_line import Parser, named_file, run_main
-from slurrycast.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.report.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
+from slurrycast.report.report import study
+from slurrycast.runtime.command_line import Parser, named_file, run_main
+from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vP*X"
 SPREAD = 0.06  # the points of a size are spread over this share of its number of particles to both sides

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.files import InputError
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
+from slurrycast.report.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import InputError
 
 MEDIAN = "#b9c2ca"
 LOWEST = -1.0  # left end of the axis at most

@@ -13,10 +13,10 @@ import pandas as pd
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import INK, RELAXED, new_figure, note, save_figure
-from slurrycast.tables import read_table
-from slurrycast.verdicts import deviations, quantity_name
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.verdicts import deviations, quantity_name
+from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 # From what noise alone gives to what is plainly off; colours do not tell beyond.
 LOWEST, HIGHEST = 1.0, 30.0

@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import DEM, FAINT, RELAXED, new_figure, save_figure
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 PANELS = {
     "density_g_cm3": ("Density", "Density (g/cm³)", 1),

@@ -16,10 +16,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
-from slurrycast.tables import read_table
-from slurrycast.uncertainty import Judged, binned_um, expected_coverage, read_judged
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.uncertainty import Judged, binned_um, expected_coverage, read_judged
+from slurrycast.report.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 CURVE_LEVELS = np.linspace(0.02, 0.98, 49)
 BINS = 10

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import INK, new_figure, save_figure
-from slurrycast.files import InputError
+from slurrycast.report.figures import INK, new_figure, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import InputError
 
 # part of the workflow by the verb that a rule's name starts with
 PARTS = {

@@ -14,16 +14,17 @@ from types import ModuleType
 
 import numpy as np
 
-from slurrycast import final_box, surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import InputError, RunError
-from slurrycast.frames import Frame, FrameStore, read_frames, write_frames
-from slurrycast.lammps_run import Launcher
-from slurrycast.periodic import to_scaled
-from slurrycast.recipe import sphere_volume_um3
+from slurrycast import surrogates
+from slurrycast.data import final_box
+from slurrycast.data.frames import Frame, FrameStore, read_frames, write_frames
+from slurrycast.data.periodic import to_scaled
+from slurrycast.dem.lammps_run import Launcher
+from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, RunError
+from slurrycast.runtime.work_folder import work_folder
 from slurrycast.surrogates.question import Continuation, Question
-from slurrycast.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:

@@ -18,10 +18,10 @@ from pathlib import Path
 import psutil
 import yaml
 
-from slurrycast import provenance
-from slurrycast.command_line import Parser, run_main
-from slurrycast.files import InputError, write_text
-from slurrycast.lammps_run import Launcher
+from slurrycast.dem.lammps_run import Launcher
+from slurrycast.runtime import provenance
+from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.files import InputError, write_text
 
 
 def parse_args() -> argparse.Namespace:

@@ -13,13 +13,13 @@ import json
 import shutil
 from pathlib import Path
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.files import moved_into_place
-from slurrycast.frames import read_frames, write_frames
-from slurrycast.lammps_dump import as_frame, read_dump
-from slurrycast.lammps_run import Launcher, Progress, force_field_variables, run_lammps
-from slurrycast.work_folder import work_folder
+from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.dem.lammps_dump import as_frame, read_dump
+from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import moved_into_place
+from slurrycast.runtime.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:

@@ -24,10 +24,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.lines import Line2D
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.frames import Particles, read_frames
-from slurrycast.periodic import wrap
+from slurrycast.data.frames import Particles, read_frames
+from slurrycast.data.periodic import wrap
+from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
+from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0
 PIXELS_PER_UM, MAX_PIXELS = 60, 1400

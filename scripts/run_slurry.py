@@ -21,14 +21,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.dem_chain import Chain, Opening, boundaries, identity
-from slurrycast.files import moved_into_place, write_text
-from slurrycast.lammps_log import Log
-from slurrycast.lammps_run import Launcher, steps_per_frame
-from slurrycast.stopping import Stop
-from slurrycast.work_folder import attempt_log, work_folder
+from slurrycast.dem.chain import Chain, Opening, boundaries, identity
+from slurrycast.dem.lammps_log import Log
+from slurrycast.dem.lammps_run import Launcher, steps_per_frame
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import moved_into_place, write_text
+from slurrycast.runtime.stopping import Stop
+from slurrycast.runtime.work_folder import attempt_log, work_folder
 
 LAMMPS_SCRIPTS = ("push_off.lmp", "start.lmp", "slurry.lmp")
 THERMO_COLUMNS = {

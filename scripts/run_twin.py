@@ -18,17 +18,17 @@ import json
 import shutil
 from pathlib import Path
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.dem_chain import COEFFICIENTS, Chain, Opening, boundaries, check_restart, identity
-from slurrycast.files import InputError
-from slurrycast.frames import read_frames, write_frames
-from slurrycast.lammps_dump import as_frame, read_dump
-from slurrycast.lammps_log import read_log
-from slurrycast.lammps_run import Launcher, refuse_lost_history, steps_per_frame
-from slurrycast.recipe import derived_seed
-from slurrycast.stopping import Stop
-from slurrycast.work_folder import attempt_log, work_folder
+from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.dem.chain import COEFFICIENTS, Chain, Opening, boundaries, check_restart, identity
+from slurrycast.dem.lammps_dump import as_frame, read_dump
+from slurrycast.dem.lammps_log import read_log
+from slurrycast.dem.lammps_run import Launcher, refuse_lost_history, steps_per_frame
+from slurrycast.dem.recipe import derived_seed
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError
+from slurrycast.runtime.stopping import Stop
+from slurrycast.runtime.work_folder import attempt_log, work_folder
 
 LAMMPS_SCRIPTS = ("displace.lmp", "slurry.lmp")
 START = "start.restart"  # in the work folder

@@ -20,12 +20,12 @@ import numpy as np
 import pandas as pd
 
 from slurrycast import surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.dataset import TrainingSet, read_training_set
-from slurrycast.files import InputError, write_text
+from slurrycast.data.dataset import TrainingSet, read_training_set
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError, write_text
 from slurrycast.surrogates import vgg16, vgg16_box
-from slurrycast.tables import read_table
 
 ROLES = ("validation", "test")
 COLUMNS = (

@@ -19,13 +19,14 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from slurrycast import dependencies, surrogates
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost, spent_so_far
-from slurrycast.dataset import read_training_set
-from slurrycast.files import checksum, moved_into_place
-from slurrycast.trajectories import read_trajectories
-from slurrycast.work_folder import work_folder
+from slurrycast import surrogates
+from slurrycast.data.dataset import read_training_set
+from slurrycast.data.trajectories import read_trajectories
+from slurrycast.runtime import dependencies
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost, spent_so_far
+from slurrycast.runtime.files import checksum, moved_into_place
+from slurrycast.runtime.work_folder import work_folder
 
 
 def parse_args() -> argparse.Namespace:

@@ -7,12 +7,12 @@ Out: a LAMMPS data file with every particle inside the box.
 import argparse
 import json
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.costs import measured_cost
-from slurrycast.frames import read_frames
-from slurrycast.lammps_data import write_data
-from slurrycast.periodic import wrap
-from slurrycast.recipe import particle_types
+from slurrycast.data.frames import read_frames
+from slurrycast.data.periodic import wrap
+from slurrycast.dem.lammps_data import write_data
+from slurrycast.dem.recipe import particle_types
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:

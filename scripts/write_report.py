@@ -13,11 +13,11 @@ from pathlib import Path
 import yaml
 
 from slurrycast import surrogates
-from slurrycast.command_line import Parser, input_file, named_file, run_main
-from slurrycast.files import write_text
-from slurrycast.network_table import read_network
-from slurrycast.report import Results, report_html
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.network_table import read_network
+from slurrycast.report.report import Results, report_html
+from slurrycast.runtime.command_line import Parser, input_file, named_file, run_main
+from slurrycast.runtime.files import write_text
 
 
 def read_by_slurry(paths: list[Path]) -> dict[str, dict]:

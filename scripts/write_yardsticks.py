@@ -9,10 +9,10 @@ import argparse
 import json
 from pathlib import Path
 
-from slurrycast.command_line import Parser, input_file, run_main
-from slurrycast.files import write_text
-from slurrycast.tables import read_equilibrium, read_table
-from slurrycast.yardstick_report import Yardsticks, yardsticks_html
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.yardstick_report import Yardsticks, yardsticks_html
+from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.dataset import TrainingSet, write_training_set
+from slurrycast.data.dataset import TrainingSet, write_training_set
+from slurrycast.data.tables import read_table
 from slurrycast.surrogates import load
-from slurrycast.tables import read_table
 
 LABELS = ["vgg16", "vgg16_box_xu", "vgg16_box_absolute", "vgg16_box_nobox", "vgg16_box"]
 ROLES = {"V1": "validation", "V2": "validation", "1": "test", "6": "test"}

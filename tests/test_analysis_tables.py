@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.costs import Cost, read_cost
-from slurrycast.files import write_text
-from slurrycast.frames import Frame, Particles, write_frames
-from slurrycast.tables import read_table
+from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.costs import Cost, read_cost
+from slurrycast.runtime.files import write_text
 
 PHASES = ("BDPD", "NiO", "8YSZ")
 N = 150

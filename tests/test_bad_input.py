@@ -13,8 +13,9 @@ import yaml
 
 from checkouts import copy_checkout, snakemake
 from configurations import HEADER, ROOT, SCALES, copy_tables, load, merged, nested, shipped
-from slurrycast import configuration, surrogates
-from slurrycast.configuration import check, physics, read_slurries
+from slurrycast import surrogates
+from slurrycast.config import configuration
+from slurrycast.config.configuration import check, physics, read_slurries
 
 NAN, INF = float("nan"), float("inf")
 SURROGATES, NAMES = ", ".join(surrogates.NAMES), ", ".join(load("config")["surrogate"]["names"])

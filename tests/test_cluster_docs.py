@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from checkouts import copy_checkout, snakemake
-from slurrycast.configuration import read_slurries
-from slurrycast.recipe import particle_counts, particle_types
-from slurrycast.tables import read_table
+from slurrycast.config.configuration import read_slurries
+from slurrycast.data.tables import read_table
+from slurrycast.dem.recipe import particle_counts, particle_types
 
 
 @pytest.fixture(scope="module")

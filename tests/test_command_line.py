@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from slurrycast.command_line import EXIT_UNFINISHED, Parser, input_file, named_file, run_main
-from slurrycast.files import InputError, RunError, Unfinished, write_text
+from slurrycast.runtime.command_line import EXIT_UNFINISHED, Parser, input_file, named_file, run_main
+from slurrycast.runtime.files import InputError, RunError, Unfinished, write_text
 
 
 def ends_with(error: BaseException):

@@ -10,10 +10,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from configurations import HEADER, ROOT, SCALES, copy_tables, load, merged, nested, shipped
-from slurrycast import configuration
-from slurrycast.configuration import ConfigurationError, Slurry, changed_physics, check, physics, read_slurries
-from slurrycast.files import InputError
-from slurrycast.recipe import particle_counts, particle_types
+from slurrycast.config import configuration
+from slurrycast.config.configuration import ConfigurationError, Slurry, changed_physics, check, physics, read_slurries
+from slurrycast.dem.recipe import particle_counts, particle_types
+from slurrycast.runtime.files import InputError
 
 
 @pytest.fixture(autouse=True)

@@ -8,7 +8,7 @@ import time
 import psutil
 import pytest
 
-from slurrycast.costs import measured_cost, read_cost
+from slurrycast.runtime.costs import measured_cost, read_cost
 
 BUSY = "import time\nend = time.process_time() + 0.5\nwhile time.process_time() < end: pass"
 
@@ -18,7 +18,7 @@ def record(tmp_path, root):
     """The record that a process of its own writes with some code as the measured block."""
 
     def measure(body: str) -> dict:
-        head = ["from slurrycast.costs import measured_cost", "with measured_cost(sys.argv[1], 'stage'):"]
+        head = ["from slurrycast.runtime.costs import measured_cost", "with measured_cost(sys.argv[1], 'stage'):"]
         program = "\n".join(["import subprocess, sys, time", *head, *(f"    {line}" for line in body.splitlines())])
         command = [sys.executable, "-c", program, str(tmp_path / "cost.json")]
         subprocess.run(command, check=True, cwd=root / "scripts")

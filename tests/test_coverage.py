@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.costs import read_cost
-from slurrycast.coverage import (
+from slurrycast.analysis.coverage import (
     RATIO_TOLERANCE,
     State,
     Value,
@@ -22,9 +21,10 @@ from slurrycast.coverage import (
     quantities,
     types_of,
 )
-from slurrycast.frames import Frame, Particles, write_frames
-from slurrycast.recipe import particle_counts, particle_types
-from slurrycast.tables import read_table
+from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.dem.recipe import particle_counts, particle_types
+from slurrycast.runtime.costs import read_cost
 
 PHASES = {
     "BDPD": {

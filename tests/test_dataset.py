@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
-from slurrycast.files import CHECKSUMS, InputError
-from slurrycast.frames import read_frames
+from slurrycast.data.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.data.frames import read_frames
+from slurrycast.runtime.files import CHECKSUMS, InputError
 
 
 @pytest.fixture

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from slurrycast import lammps_run
-from slurrycast.files import RunError
-from slurrycast.frames import Frame, read_frames
-from slurrycast.lammps_log import read_log
-from slurrycast.lammps_run import Launcher
+from slurrycast.data.frames import Frame, read_frames
+from slurrycast.dem import lammps_run
+from slurrycast.dem.lammps_log import read_log
+from slurrycast.dem.lammps_run import Launcher
+from slurrycast.runtime.files import RunError
 from slurrycast.surrogates import driven_dem
 from slurrycast.surrogates.question import Continuation, Question
 
@@ -103,7 +103,7 @@ def test_the_same_question_gets_the_same_answer(question):
 
 def test_another_box_than_asked_for_is_an_error(question, monkeypatch):
     """Nothing that LAMMPS is known to do; were it to, the prediction would be scaled without a word."""
-    from slurrycast import lammps_dump
+    from slurrycast.dem import lammps_dump
 
     asked = question()
     read_dump = lammps_dump.read_dump

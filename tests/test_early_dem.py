@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from slurrycast.errors import coordinate_errors
-from slurrycast.files import RunError
-from slurrycast.frames import read_frames
-from slurrycast.lammps_log import read_log
-from slurrycast.lammps_run import Launcher, continue_dem
+from slurrycast.analysis.errors import coordinate_errors
+from slurrycast.data.frames import read_frames
+from slurrycast.dem.lammps_log import read_log
+from slurrycast.dem.lammps_run import Launcher, continue_dem
+from slurrycast.runtime.files import RunError
 from slurrycast.surrogates import early_dem
 from slurrycast.surrogates.question import Continuation, Question
 
@@ -83,7 +83,7 @@ def test_contact_history_goes_on(question):
 
 def test_lost_part_of_the_restart_file_is_an_error(question, monkeypatch, tmp_path):
     """A script that repeats pair_style, as one would from LAMMPS' examples."""
-    from slurrycast import lammps_run
+    from slurrycast.dem import lammps_run
 
     script = (lammps_run.SCRIPTS / "continue.lmp").read_text()
     repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"

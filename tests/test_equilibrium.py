@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.equilibrium import BAND, equilibrium
+from slurrycast.dem.equilibrium import BAND, equilibrium
 
 TIME_US = np.linspace(0, 120, 1201)  # a row every 0.1 us
 

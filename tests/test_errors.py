@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from slurrycast.errors import AXES, coordinate_errors, true_box_errors
+from slurrycast.analysis.errors import AXES, coordinate_errors, true_box_errors
 
 shifts = arrays(np.float64, 3, elements=st.floats(-100, 100))
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.frames import Frame, Particles
+from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.data.frames import Frame, Particles
 
 PARTICLES = Particles(
     id=np.array([1, 2, 3]),

@@ -20,8 +20,10 @@ import plot_rdf
 import plot_structure
 import plot_workflow
 import render_slurry
-from slurrycast.errors import coordinate_errors
-from slurrycast.figures import (
+from slurrycast.analysis.errors import coordinate_errors
+from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.evaluation.speedup import HYBRID_PARTS
+from slurrycast.report.figures import (
     FURTHER_PHASE_COLOURS,
     FURTHER_SURROGATE_COLOURS,
     PHASE_COLOURS,
@@ -31,9 +33,7 @@ from slurrycast.figures import (
     surrogate_colours,
     surrogate_family,
 )
-from slurrycast.files import InputError
-from slurrycast.frames import Frame, Particles, write_frames
-from slurrycast.speedup import HYBRID_PARTS
+from slurrycast.runtime.files import InputError
 
 RULE_GRAPH = """digraph snakemake_dag {
     graph[bgcolor=white, margin=0];

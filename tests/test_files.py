@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from slurrycast import files
-from slurrycast.files import CHECKSUMS, InputError, check_unchanged, moved_into_place, write_text
+from slurrycast.runtime import files
+from slurrycast.runtime.files import CHECKSUMS, InputError, check_unchanged, moved_into_place, write_text
 
 
 def visible(folder: Path) -> list[str]:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.final_box import scale_of_prediction, scale_to_packing_fraction
+from slurrycast.data.final_box import scale_of_prediction, scale_to_packing_fraction
 
 LAST_UM = np.random.default_rng(1).normal(size=(200, 3)) * [1, 2, 3]
 

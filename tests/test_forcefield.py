@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from slurrycast import forcefield, recipe
+from slurrycast.dem import forcefield, recipe
 
 ROOT = Path(__file__).resolve().parents[1]
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())

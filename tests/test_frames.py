@@ -9,10 +9,10 @@ import MDAnalysis
 import numpy as np
 import pytest
 
-from slurrycast.files import CHECKSUMS, InputError
-from slurrycast.frames import GROUP, Frame, Particles, read_frames, write_frames
-from slurrycast.lammps_dump import read_dump
-from slurrycast.periodic import to_cartesian
+from slurrycast.data.frames import GROUP, Frame, Particles, read_frames, write_frames
+from slurrycast.data.periodic import to_cartesian
+from slurrycast.dem.lammps_dump import read_dump
+from slurrycast.runtime.files import CHECKSUMS, InputError
 
 N = 20
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.costs import Cost
-from slurrycast.front import (
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.front import (
     at_equal_cost,
     equilibrium_share,
     front,
@@ -23,7 +23,7 @@ from slurrycast.front import (
     structure_error_columns,
     with_relative_mse,
 )
-from slurrycast.tables import read_table
+from slurrycast.runtime.costs import Cost
 
 POINTS = st.lists(st.tuples(st.integers(1, 6), st.integers(1, 6)), min_size=1, max_size=12)
 

@@ -11,8 +11,8 @@ from matplotlib.image import imread
 import plot_costs
 import plot_front
 import plot_skill
-from slurrycast.figures import save_figure
-from slurrycast.speedup import HYBRID_PARTS
+from slurrycast.evaluation.speedup import HYBRID_PARTS
+from slurrycast.report.figures import save_figure
 
 
 def is_drawn(path: Path) -> bool:

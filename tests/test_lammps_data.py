@@ -8,8 +8,8 @@ import MDAnalysis
 import numpy as np
 import pytest
 
-from slurrycast.lammps_data import write_data
-from slurrycast.recipe import ParticleType
+from slurrycast.dem.lammps_data import write_data
+from slurrycast.dem.recipe import ParticleType
 
 GOLDEN = Path(__file__).parent / "golden" / "initial.data"
 TYPES = [

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.files import InputError
-from slurrycast.lammps_dump import COLUMNS, read_dump
+from slurrycast.dem.lammps_dump import COLUMNS, read_dump
+from slurrycast.runtime.files import InputError
 
 PARTICLES, LINES = 3, 12  # particles of the dumps below, lines of one of their frames
 

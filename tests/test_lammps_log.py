@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.files import RunError
-from slurrycast.lammps_log import END_MARKER, read_log, thermo_row
+from slurrycast.dem.lammps_log import END_MARKER, read_log, thermo_row
+from slurrycast.runtime.files import RunError
 
 GOOD = """\
 LAMMPS (22 Jul 2025 - Update 4)

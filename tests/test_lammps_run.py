@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slurrycast import lammps_run
-from slurrycast.files import InputError, RunError
-from slurrycast.lammps_dump import read_dump
-from slurrycast.lammps_run import Launcher, Progress, force_field_variables, refuse_lost_history, run_lammps
+from slurrycast.dem import lammps_run
+from slurrycast.dem.lammps_dump import read_dump
+from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, refuse_lost_history, run_lammps
+from slurrycast.runtime.files import InputError, RunError
 
 ONE_RANK = Launcher("lmp", "mpiexec", 1)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from slurrycast.dataset import TrainingSet, read_training_set, split, write_training_set
-from slurrycast.files import InputError
-from slurrycast.frames import Frame, Particles
+from slurrycast.data.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.data.frames import Frame, Particles
+from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import linear
 from slurrycast.surrogates.question import Question
 

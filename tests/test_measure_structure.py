@@ -5,10 +5,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from slurrycast.costs import read_cost
-from slurrycast.frames import Frame, read_frames, write_frames
-from slurrycast.rdf import bin_edges_um, radial_distribution
-from slurrycast.tables import read_table
+from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.data.frames import Frame, read_frames, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.costs import read_cost
 
 CUTOFF_UM, BINS = 7.0, 120
 PAIRS = ["all", "BDPD-BDPD", "BDPD-NiO", "BDPD-8YSZ", "NiO-NiO", "NiO-8YSZ", "8YSZ-8YSZ"]

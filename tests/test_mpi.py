@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast import lammps_run
-from slurrycast.lammps_run import Launcher, force_field_variables, run_lammps
+from slurrycast.dem import lammps_run
+from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps
 
 RANKS = {1: Launcher("lmp", "mpiexec", 1), 2: Launcher("lmp", "mpiexec", 2)}
 INPUTS = ("initial.data", "coefficients.lmp", "push_off.lmp", "inputs.json")

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slurrycast.files import InputError
-from slurrycast.frames import Frame, Particles
-from slurrycast.network_table import read_network
-from slurrycast.periodic import minimum_image, to_scaled
+from slurrycast.data.frames import Frame, Particles
+from slurrycast.data.periodic import minimum_image, to_scaled
+from slurrycast.data.trajectories import Trajectory
+from slurrycast.report.network_table import read_network
+from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.question import Question
-from slurrycast.trajectories import Trajectory
 
 SETTINGS = {
     "members": 2,

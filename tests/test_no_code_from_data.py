@@ -9,7 +9,7 @@ import keras
 import numpy as np
 import pytest
 
-from slurrycast.files import InputError
+from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.vgg16 import apply_model
 
 # modules and functions that run what they read, and options that let them

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.files import InputError
-from slurrycast.noise import (
+from slurrycast.evaluation.noise import (
     COLUMNS,
     Noise,
     curves_of_replicas,
@@ -20,6 +19,7 @@ from slurrycast.noise import (
     replicated_slurry,
     skill,
 )
+from slurrycast.runtime.files import InputError
 
 TABLE = pd.DataFrame(
     [

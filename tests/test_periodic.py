@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from MDAnalysis.lib.distances import apply_PBC, minimize_vectors
 
-from slurrycast.periodic import image_flags, minimum_image, to_cartesian, to_scaled, unwrap, wrap
+from slurrycast.data.periodic import image_flags, minimum_image, to_cartesian, to_scaled, unwrap, wrap
 
 positions = arrays(np.float64, (7, 3), elements=st.floats(-200, 200))
 lowers = arrays(np.float64, 3, elements=st.floats(-50, 50))

@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
-from slurrycast.files import RunError
-from slurrycast.frames import read_frames, write_frames
+from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.runtime.files import RunError
 
 LAST_INPUT = 10
 

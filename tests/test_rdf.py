@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from MDAnalysis.analysis.rdf import InterRDF
 
-from slurrycast import rdf
-from slurrycast.files import InputError
-from slurrycast.rdf import bin_edges_um, mean_absolute_difference, radial_distribution
+from slurrycast.analysis import rdf
+from slurrycast.analysis.rdf import bin_edges_um, mean_absolute_difference, radial_distribution
+from slurrycast.runtime.files import InputError
 
 EDGES_UM = np.array([9.0, 8.0, 15.0])
 LOWER_UM = -EDGES_UM / 2

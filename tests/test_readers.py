@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from slurrycast.command_line import Parser, input_file
-from slurrycast.dataset import TrainingSet, read_training_set, write_training_set
-from slurrycast.files import CHECKSUMS, InputError, RunError, write_text
-from slurrycast.frames import GROUP, Frame, Particles, read_frames, write_frames
-from slurrycast.lammps_dump import COLUMNS, read_dump
-from slurrycast.lammps_log import read_log
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
+from slurrycast.data.frames import GROUP, Frame, Particles, read_frames, write_frames
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.dem.lammps_dump import COLUMNS, read_dump
+from slurrycast.dem.lammps_log import read_log
+from slurrycast.runtime.command_line import Parser, input_file
+from slurrycast.runtime.files import CHECKSUMS, InputError, RunError, write_text
 
 N = 8
 STORE = {"slurry": "A", "scale": 0.5}

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast import study
-from slurrycast.relaxation import enough_steps
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.relaxation import enough_steps
+from slurrycast.report.report import study
 
 
 @pytest.fixture
@@ -63,10 +63,10 @@ def test_machine_and_commit(root, reference):
 
 def test_the_affine_error_of_one_slurry_can_be_computed_anew(reference):
     """From its last input frame and the packing fraction of the training slurries alone, by the code as it is."""
-    from slurrycast.errors import coordinate_errors
-    from slurrycast.final_box import scale_to_packing_fraction
-    from slurrycast.frames import read_frames
-    from slurrycast.recipe import sphere_volume_um3
+    from slurrycast.analysis.errors import coordinate_errors
+    from slurrycast.data.final_box import scale_to_packing_fraction
+    from slurrycast.data.frames import read_frames
+    from slurrycast.dem.recipe import sphere_volume_um3
     from slurrycast.surrogates import affine
     from slurrycast.surrogates.question import Question
 

@@ -8,8 +8,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast import recipe
-from slurrycast.configuration import read_slurries
+from slurrycast.config.configuration import read_slurries
+from slurrycast.dem import recipe
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 

@@ -13,8 +13,8 @@ import yaml
 
 from checkouts import copy_checkout, snakemake
 from configurations import shipped
-from slurrycast import provenance
-from slurrycast.files import CHECKSUMS, VERSIONS_VARIABLE, check_unchanged, write_text
+from slurrycast.runtime import provenance
+from slurrycast.runtime.files import CHECKSUMS, VERSIONS_VARIABLE, check_unchanged, write_text
 
 MADE_WITH = {"workflow_commit": "abc", "python": "3.11.0", "packages": {"numpy": "1.0", "solver": "7"}}
 

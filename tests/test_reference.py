@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from slurrycast.equilibrium import equilibrium
-from slurrycast.recipe import particle_counts, particle_types
+from slurrycast.dem.equilibrium import equilibrium
+from slurrycast.dem.recipe import particle_counts, particle_types
 
 
 @pytest.fixture

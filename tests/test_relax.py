@@ -6,8 +6,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from slurrycast.frames import Frame, read_frames, write_frames
-from slurrycast.periodic import to_cartesian, wrap
+from slurrycast.data.frames import Frame, read_frames, write_frames
+from slurrycast.data.periodic import to_cartesian, wrap
 
 SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_us": 200.0, "start_temperature_k": 3.0e4}
 PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")

@@ -8,8 +8,8 @@ import pytest
 from matplotlib.image import imread
 
 import plot_relaxation
-from slurrycast.noise import COLUMNS, Noise
-from slurrycast.relaxation import Structure, enough_steps, mean_errors, relaxation_errors
+from slurrycast.evaluation.noise import COLUMNS, Noise
+from slurrycast.evaluation.relaxation import Structure, enough_steps, mean_errors, relaxation_errors
 
 NOISE = Noise(
     "noise.csv",

@@ -11,21 +11,21 @@ import pandas as pd
 import pytest
 from matplotlib.image import imsave
 
-from slurrycast import study
-from slurrycast.files import InputError
-from slurrycast.network_table import read_network
-from slurrycast.page import duration, listed, span
-from slurrycast.report import (
+from slurrycast.evaluation.speedup import HYBRID_PARTS, dem_seconds, time_unit
+from slurrycast.evaluation.verdicts import TIE_RULE, judged, judged_list
+from slurrycast.report.network_table import read_network
+from slurrycast.report.page import duration, listed, span
+from slurrycast.report.report import (
     Results,
     extrapolations,
     gain_over_affine,
     relaxed_for,
     report_html,
+    study,
     study_differences,
     warnings,
 )
-from slurrycast.speedup import HYBRID_PARTS, dem_seconds, time_unit
-from slurrycast.verdicts import TIE_RULE, judged, judged_list
+from slurrycast.runtime.files import InputError
 
 VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
 

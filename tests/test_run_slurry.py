@@ -16,9 +16,9 @@ import pytest
 
 from conftest import RESTART_FRAMES
 from run_slurry import THERMO_COLUMNS, boundaries
-from slurrycast.frames import read_frames
-from slurrycast.lammps_dump import read_dump
-from slurrycast.periodic import minimum_image
+from slurrycast.data.frames import read_frames
+from slurrycast.data.periodic import minimum_image
+from slurrycast.dem.lammps_dump import read_dump
 
 RESULTS = ["dump.lammpstrj", "thermo.csv", *(f"frame_{k}.restart" for k in RESTART_FRAMES)]
 

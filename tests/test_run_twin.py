@@ -9,8 +9,8 @@ import time
 import numpy as np
 import pytest
 
-from slurrycast.errors import coordinate_errors
-from slurrycast.frames import read_frames
+from slurrycast.analysis.errors import coordinate_errors
+from slurrycast.data.frames import read_frames
 from test_run_slurry import flip, killed
 
 

@@ -13,11 +13,11 @@ from matplotlib.image import imread
 from scipy.stats import linregress
 
 import plot_sizes
-from slurrycast.costs import read_cost
-from slurrycast.figures import save_figure
-from slurrycast.frames import Frame, Particles, write_frames
-from slurrycast.size import outside_share, power_law, shrink_time_us
-from slurrycast.tables import read_table
+from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
+from slurrycast.report.figures import save_figure
+from slurrycast.runtime.costs import read_cost
 
 DEM_END_EDGE_UM = 4.0
 LAST_INPUT_EDGE_UM = 5.0

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from scipy.stats import linregress
 
 import compare_study_costs
-from slurrycast.costs import Cost
-from slurrycast.files import InputError
-from slurrycast.speedup import (
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.speedup import (
     HYBRID_PARTS,
     compare_costs,
     exponent,
@@ -24,7 +23,8 @@ from slurrycast.speedup import (
     scaling,
     slurries_to_pay,
 )
-from slurrycast.tables import read_table
+from slurrycast.runtime.costs import Cost
+from slurrycast.runtime.files import InputError
 
 HYBRID_S = {"predict_slurry": 2.0, "wrap_slurry": 1.0, "relax_slurry": 12.0}
 SECONDS = st.floats(0, 1e4)

@@ -5,9 +5,9 @@ import signal
 
 import pytest
 
-from slurrycast import stopping
-from slurrycast.files import Unfinished
-from slurrycast.stopping import Stop
+from slurrycast.runtime import stopping
+from slurrycast.runtime.files import Unfinished
+from slurrycast.runtime.stopping import Stop
 
 
 @pytest.fixture

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from slurrycast.files import InputError
-from slurrycast.frames import Particles, read_frames
-from slurrycast.rdf import bin_edges_um, radial_distribution
-from slurrycast.structure import (
+from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.analysis.structure import (
     find_contacts,
     lens_volume_um3,
     phase_pairs,
     radial_distributions,
     structure_measures,
 )
+from slurrycast.data.frames import Particles, read_frames
+from slurrycast.runtime.files import InputError
 
 EDGES_UM = np.array([9.0, 8.0, 15.0])
 LOWER_UM = -EDGES_UM / 2

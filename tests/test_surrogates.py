@@ -9,10 +9,11 @@ import sys
 import numpy as np
 import pytest
 
-from slurrycast import final_box, surrogates
-from slurrycast.dataset import TrainingSet, split, write_training_set
-from slurrycast.files import InputError, checksum
-from slurrycast.lammps_run import SCRIPTS
+from slurrycast import surrogates
+from slurrycast.data import final_box
+from slurrycast.data.dataset import TrainingSet, split, write_training_set
+from slurrycast.dem.lammps_run import SCRIPTS
+from slurrycast.runtime.files import InputError, checksum
 
 
 @pytest.mark.parametrize("name", surrogates.NAMES)
@@ -67,7 +68,8 @@ def test_an_unknown_surrogate_is_refused_with_the_known_ones():
 def test_asking_for_a_surrogate_starts_no_tensorflow(root):
     code = """
 import sys
-from slurrycast import final_box, surrogates
+from slurrycast import surrogates
+from slurrycast.data import final_box
 for name in surrogates.NAMES: surrogates.load(name)
 assert not {'keras', 'tensorflow'} & set(sys.modules)
 """

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table
 
 NAMES = ["1", "007", "1e3", "NA", "nan", "None", "T1"]
 

@@ -10,7 +10,7 @@ import yaml
 from PIL import Image
 
 from compare_timesteps import QUANTITIES
-from slurrycast.tables import read_table
+from slurrycast.data.tables import read_table
 
 # timestep (us), seed, density (g/cm3), height of the RDF's peak
 RUNS = [

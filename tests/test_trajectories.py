@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from slurrycast.files import InputError
-from slurrycast.frames import read_frames, write_frames
-from slurrycast.trajectories import read_trajectories
+from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.data.trajectories import read_trajectories
+from slurrycast.runtime.files import InputError
 
 
 def test_frames_are_those_of_the_store(slurry):

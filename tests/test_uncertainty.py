@@ -15,11 +15,9 @@ from matplotlib.image import imread
 from scipy.stats import norm
 
 import plot_uncertainty
-from slurrycast.costs import read_cost
-from slurrycast.files import InputError
-from slurrycast.frames import Frame, Particles, write_frames
-from slurrycast.tables import read_table
-from slurrycast.uncertainty import (
+from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.evaluation.uncertainty import (
     Judged,
     binned_um,
     calibrate,
@@ -29,6 +27,8 @@ from slurrycast.uncertainty import (
     rank_correlation,
     read_calibration,
 )
+from slurrycast.runtime.costs import read_cost
+from slurrycast.runtime.files import InputError
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
 FACTORS = {0.5: 0.6745, 0.9: 1.6449}  # quantiles of |z|, z standard normal

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slurrycast.dataset import TrainingSet, split
-from slurrycast.features import particle_history
-from slurrycast.files import InputError, RunError
-from slurrycast.frames import read_frames
+from slurrycast.data.dataset import TrainingSet, split
+from slurrycast.data.features import particle_history
+from slurrycast.data.frames import read_frames
+from slurrycast.runtime.files import InputError, RunError
 from slurrycast.surrogates import load
 from slurrycast.surrogates.question import Question
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slurrycast import surrogates
-from slurrycast.dataset import TrainingSet, split
-from slurrycast.features import particle_history
-from slurrycast.frames import Frame, Particles
+from slurrycast.data.dataset import TrainingSet, split
+from slurrycast.data.features import particle_history
+from slurrycast.data.frames import Frame, Particles
 from slurrycast.surrogates import affine
 from slurrycast.surrogates.question import Question
 

@@ -9,15 +9,15 @@ import time
 
 import pytest
 
-from slurrycast import work_folder as module
-from slurrycast.files import RunError
-from slurrycast.work_folder import attempt_log, work_folder
+from slurrycast.runtime import work_folder as module
+from slurrycast.runtime.files import RunError
+from slurrycast.runtime.work_folder import attempt_log, work_folder
 
 # Locks the folder, starts a child that inherits the lock, says so, and sleeps.
 HOLDER = """
 import subprocess, sys, time
 from pathlib import Path
-from slurrycast.work_folder import work_folder
+from slurrycast.runtime.work_folder import work_folder
 with work_folder(Path(sys.argv[1]), "a"):
     child = subprocess.Popen(["sleep", "60"], close_fds=False)
     print(child.pid, flush=True)
@@ -172,7 +172,7 @@ def test_attempt_goes_on_when_the_reader_of_its_output_is_gone(tmp_path, root):
     """A scheduler's signal ends `tee` too."""
     code = (
         "import pathlib, sys, time\n"
-        "from slurrycast.work_folder import attempt_log\n"
+        "from slurrycast.runtime.work_folder import attempt_log\n"
         "with attempt_log(pathlib.Path(sys.argv[1])):\n"
         "    for k in range(3):\n"
         "        print(f'line {k}', flush=True)\n"

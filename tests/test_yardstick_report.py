@@ -12,9 +12,9 @@ import pytest
 from matplotlib.image import imsave
 
 import write_yardsticks
-from slurrycast.figures import main_labels
-from slurrycast.verdicts import deviations, quantity_name
-from slurrycast.yardstick_report import (
+from slurrycast.evaluation.verdicts import deviations, quantity_name
+from slurrycast.report.figures import main_labels
+from slurrycast.report.yardstick_report import (
     Yardsticks,
     bar_sentences,
     better_for_less_sentences,

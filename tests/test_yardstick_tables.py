@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.costs import Cost, read_cost
-from slurrycast.frames import Frame, Particles, read_frames, write_frames
-from slurrycast.rdf import bin_edges_um, radial_distribution
-from slurrycast.tables import read_table
+from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.costs import Cost, read_cost
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
 

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from slurrycast.files import InputError, check_unchanged
+from slurrycast.runtime.files import InputError, check_unchanged
 
 # Seconds, drawn from seconds, or a date: only that they are there and undamaged is compared.
 OF_TIME = re.compile(

@@ -21,7 +21,7 @@ from folders import own_disk
 from kills import STAGES, VICTIMS, planned
 from project import Injection
 
-from slurrycast.files import moved_into_place, write_text
+from slurrycast.runtime.files import moved_into_place, write_text
 
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = ROOT / "results" / "reference" / "torture" / "campaign.csv"

@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from checkouts import snakemake
-from slurrycast.files import CHECKSUMS, check_unchanged, checksum
+from slurrycast.runtime.files import CHECKSUMS, check_unchanged, checksum
 
 SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "V1": "validation", "N1": "new"}
 HELD_OUT = ("1", "2", "V1")
@@ -267,8 +267,8 @@ def test_nothing_to_do_on_the_second_run(project, yardsticks):
 @pytest.mark.parametrize(
     ("module", "edit", "rerun"),
     [
-        ("rdf.py", "\n# edited\n", "compute_rdf"),
-        ("frames.py", "\nfrom slurrycast import periodic  # noqa\n", "assemble_dataset"),
+        ("analysis/rdf.py", "\n# edited\n", "compute_rdf"),
+        ("data/frames.py", "\nfrom slurrycast.data import periodic  # noqa\n", "assemble_dataset"),
     ],
 )
 def test_edited_code_reruns_what_uses_it_and_never_a_dem(project, results, module, edit, rerun):

@@ -14,11 +14,13 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
-from slurrycast import configuration, provenance, surrogates
-from slurrycast.dependencies import modules
-from slurrycast.files import VERSIONS_VARIABLE
-from slurrycast.lammps_run import steps_per_frame
-from slurrycast.recipe import particle_counts, particle_types
+from slurrycast import surrogates
+from slurrycast.config import configuration
+from slurrycast.runtime import provenance
+from slurrycast.runtime.dependencies import modules
+from slurrycast.runtime.files import VERSIONS_VARIABLE
+from slurrycast.dem.lammps_run import steps_per_frame
+from slurrycast.dem.recipe import particle_counts, particle_types
 
 # Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]))

@@ -300,7 +300,7 @@ rule write_report:
     input:
         script="scripts/write_report.py",
         modules=modules("scripts/write_report.py"),
-        template="scripts/slurrycast/report.html.jinja",
+        template="scripts/slurrycast/report/report.html.jinja",
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,
         inputs=expand(rules.generate_inputs.output.inputs, slurry=SLURRIES),

@@ -599,7 +599,7 @@ rule write_yardsticks:
     input:
         script="scripts/write_yardsticks.py",
         modules=modules("scripts/write_yardsticks.py"),
-        template="scripts/slurrycast/report.html.jinja",
+        template="scripts/slurrycast/report/report.html.jinja",
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,
         noise=rules.measure_noise.output.table,

@@ -21,7 +21,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
-from slurrycast.lammps_run import Launcher, force_field_variables, run_lammps  # noqa: E402
+from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps  # noqa: E402
 
 MASS_UNITS = (1.0, 5.0)  # about 600 and 3 000 particles, the smallest and the largest of the demo
 DENSE, STEPS, REPEATS = 10000, 3000, 5  # a segment of the demo

@@ -43,7 +43,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
-from slurrycast.files import InputError
+from slurrycast.runtime.files import InputError
 
 _MODULES = {
     "persistence": "slurrycast.surrogates.persistence",

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.costs import spent_so_far
-from slurrycast.files import InputError, check_unchanged, hdf5_moved_into_place
+from slurrycast.runtime.costs import spent_so_far
+from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
 from slurrycast.surrogates import start_keras
 
 

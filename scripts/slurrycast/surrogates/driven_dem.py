@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.files import RunError
-from slurrycast.lammps_run import Progress
+from slurrycast.dem.lammps_run import Progress
+from slurrycast.runtime.files import RunError
 from slurrycast.surrogates.question import Prediction, Question
 
 NAME = "driven_dem"
@@ -39,7 +39,7 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
 
     RunError as of `lammps_run.continue_dem`, and if the box does not end there.
     """
-    from slurrycast.lammps_dump import read_dump
+    from slurrycast.dem.lammps_dump import read_dump
 
     going_on, steps, edges_um = question.continuation, settings["steps"], question.final_edges_um
     final = {f"final_l{axis}_um": repr(float(edge)) for axis, edge in zip("xyz", edges_um, strict=True)}

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.files import RunError
-from slurrycast.lammps_run import Progress
+from slurrycast.dem.lammps_run import Progress
+from slurrycast.runtime.files import RunError
 from slurrycast.surrogates.question import Prediction, Question
 
 NAME = "early_dem"
@@ -32,7 +32,7 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
     Flat is a round over which density changed by at most the share `flat_within`, and which begins and ends within
     the share `pressure_within` of the barostat's pressure. RunError if none within `max_steps` steps was.
     """
-    from slurrycast.lammps_dump import read_dump
+    from slurrycast.dem.lammps_dump import read_dump
 
     going_on = question.continuation
     dem = going_on.inputs["physics"]["dem"]

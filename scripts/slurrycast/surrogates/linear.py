@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.dataset import TrainingSet
-from slurrycast.features import FEATURE_NAMES
-from slurrycast.files import InputError, write_text
+from slurrycast.data.dataset import TrainingSet
+from slurrycast.data.features import FEATURE_NAMES
+from slurrycast.runtime.files import InputError, write_text
 from slurrycast.surrogates.question import Prediction, Question
 
 NAME = "linear"

@@ -24,9 +24,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slurrycast.files import InputError, RunError, moved_into_place, write_text
-from slurrycast.frames import Frame, Particles
-from slurrycast.recipe import derived_seed
+from slurrycast.data.frames import Frame, Particles
+from slurrycast.data.trajectories import Trajectory
+from slurrycast.dem.recipe import derived_seed
+from slurrycast.runtime.files import InputError, RunError, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
 from slurrycast.surrogates.checkpoint import (
     Progress,
@@ -36,7 +37,6 @@ from slurrycast.surrogates.checkpoint import (
     write_checkpoint,
 )
 from slurrycast.surrogates.question import Prediction, Question
-from slurrycast.trajectories import Trajectory
 
 if TYPE_CHECKING:
     import keras

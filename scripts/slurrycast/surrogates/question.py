@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.frames import Frame, Particles
-from slurrycast.lammps_log import Log
-from slurrycast.lammps_run import Launcher, continue_dem
+from slurrycast.data.frames import Frame, Particles
+from slurrycast.dem.lammps_log import Log
+from slurrycast.dem.lammps_run import Launcher, continue_dem
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slurrycast.dataset import TrainingSet
-from slurrycast.features import FEATURE_NAMES, particle_history
-from slurrycast.files import InputError, RunError, moved_into_place, write_text
+from slurrycast.data.dataset import TrainingSet
+from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.runtime.files import InputError, RunError, moved_into_place, write_text
 from slurrycast.surrogates import start_keras
 from slurrycast.surrogates.checkpoint import (
     Progress,

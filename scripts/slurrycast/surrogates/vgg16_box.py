@@ -25,8 +25,8 @@ from pathlib import Path
 
 import numpy as np
 
-from slurrycast.dataset import TrainingSet
-from slurrycast.features import FEATURE_NAMES, particle_history
+from slurrycast.data.dataset import TrainingSet
+from slurrycast.data.features import FEATURE_NAMES, particle_history
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.question import Prediction, Question
 

@@ -1,0 +1,144 @@
+"""What the training slurries cover at the last input frame, and which slurries lie outside of it. Pure numpy.
+
+A surrogate that learned from slurries interpolates between them; of a slurry outside it knows nothing. What it has
+seen in earlier frames too, where these slurries were looser, belongs to what is covered.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slurrycast.data.frames import FrameStore, Particles
+
+# Boxes shrink isotropically, so Lz/Lx stays what it was but for rounding: of sums over each step, and of 15 digits.
+RATIO_TOLERANCE = 1e-9
+PHASE_SLACK = 0.5  # a phase has the whole number of particles nearest to its share
+FRACTION_PREFIX = "fraction_"  # before the name of a phase
+
+
+@dataclass(frozen=True)
+class State:
+    """A slurry at its last input frame: `edges_um` (3,) are those of its box."""
+
+    particles: Particles
+    edges_um: np.ndarray
+    density_g_cm3: float
+
+
+@dataclass(frozen=True)
+class Value:
+    """A quantity of one slurry, and the range in which it would be the same slurry, equal to `value` where exact."""
+
+    value: float
+    low: float
+    high: float
+
+
+def state(store: FrameStore, frame: int) -> State:
+    """State of a slurry at `frame`. InputError if its store does not hold it."""
+    return State(store.particles, store.box(frame)[1], store.density_g_cm3(frame))
+
+
+def mean_range(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> tuple[float, float]:
+    """Least and greatest mean of `values` (groups,) over `counts` (groups,) particles that are known to +-`slack`.
+
+    Of sum((n + a) v) / sum(n + a) with |a| <= slack and n + a >= 0. Its extremes are where groups above some value have
+    the one end of their range and the others the other one, since its derivative by a has the sign of v less the mean.
+    """
+    order = np.argsort(values)
+    values, most = values[order], (counts + slack)[order]
+    least = np.maximum(counts - slack, 0)[order]
+    above = np.arange(len(values)) >= np.arange(len(values) + 1)[:, np.newaxis]  # (thresholds, groups)
+    low, high = (np.where(above, *ends) for ends in ((least, most), (most, least)))
+    return (
+        float(min(weights @ values / weights.sum() for weights in low if weights.any())),
+        float(max(weights @ values / weights.sum() for weights in high if weights.any())),
+    )
+
+
+def class_slack(phase: np.ndarray) -> np.ndarray:
+    """How many particles (types,) the types may miss of their exact shares; `phase` (types,) is the phase of each.
+
+    The count of a phase is rounded, by half a particle. Its k size classes share it by largest remainder, which is at
+    most 1 - 1/k of a particle off (`recipe.particle_counts`).
+    """
+    classes = np.array([np.sum(phase == each) for each in phase])
+    return PHASE_SLACK + 1 - 1 / classes
+
+
+def fraction(particles: Particles, phase: str) -> Value:
+    """Number fraction of a phase; every phase of the slurry may have half a particle more or less."""
+    counts = np.array([np.sum(particles.in_phase(name)) for name in particles.phase_names])
+    is_phase = np.array([float(name == phase) for name in particles.phase_names])
+    return Value(
+        float(counts @ is_phase / counts.sum()), *mean_range(is_phase, counts, np.full(len(counts), PHASE_SLACK))
+    )
+
+
+def mean_radius_um(particles: Particles, types: Mapping[int, tuple[int, float]]) -> Value:
+    """Mean radius over the particles, each of which counts as one; `types` has phase and radius (um) of each type."""
+    phase, radius_um = (np.array(column) for column in zip(*types.values(), strict=True))
+    counts = np.array([np.sum(particles.type == each) for each in types])
+    return Value(float(counts @ radius_um / counts.sum()), *mean_range(radius_um, counts, class_slack(phase)))
+
+
+def types_of(slurries: Iterable[Particles]) -> dict[int, tuple[int, float]]:
+    """Phase and radius (um) of each particle type that occurs; a small slurry may have no particle of a rare one."""
+    types = {}
+    for particles in slurries:
+        found, first = np.unique(particles.type, return_index=True)
+        types |= {
+            int(t): (int(particles.phase[i]), float(particles.radius_um[i])) for t, i in zip(found, first, strict=True)
+        }
+    return dict(sorted(types.items()))
+
+
+def quantities(slurry: State, types: Mapping[int, tuple[int, float]]) -> dict[str, Value]:
+    """All that is compared, by name: size, shape, density and composition of a slurry."""
+    edges_um, particles = slurry.edges_um, slurry.particles
+    exact = {
+        "particles": len(particles),
+        "shortest_edge_um": edges_um.min(),
+        "longest_edge_um": edges_um.max(),
+        "density_g_cm3": slurry.density_g_cm3,
+    }
+    values = {name: Value(float(value), float(value), float(value)) for name, value in exact.items()}
+    ratio = float(edges_um[2] / edges_um[0])
+    values["thickness_ratio"] = Value(ratio, ratio * (1 - RATIO_TOLERANCE), ratio * (1 + RATIO_TOLERANCE))
+    values |= {f"{FRACTION_PREFIX}{phase}": fraction(particles, phase) for phase in particles.phase_names}
+    values["mean_radius_um"] = mean_radius_um(particles, types)
+    return values
+
+
+@dataclass(frozen=True)
+class Covered:
+    """A quantity of a slurry beside the least and greatest value of the training slurries."""
+
+    value: float
+    training_min: float
+    training_max: float
+    outside: bool
+
+
+def covered(value: Value, training: Sequence[Value]) -> Covered:
+    """Compare a slurry with the `training` slurries (one or more); outside if its range does not reach theirs."""
+    low, high = min(each.low for each in training), max(each.high for each in training)
+    return Covered(
+        value.value,
+        min(each.value for each in training),
+        max(each.value for each in training),
+        value.high < low or value.low > high,
+    )
+
+
+def coverage(slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()) -> dict[str, Covered]:
+    """Compare each quantity of a slurry with those of the training slurries.
+
+    `earlier_g_cm3` are densities at which these were seen too, in frames before the last input frame.
+    """
+    types = types_of(each.particles for each in (slurry, *training))
+    known = [quantities(each, types) for each in training]
+    ranges = {name: [each[name] for each in known] for name in known[0]}
+    ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
+    return {name: covered(value, ranges[name]) for name, value in quantities(slurry, types).items()}

@@ -1,0 +1,1 @@
+"""What a run may ask for: every check of the configuration."""

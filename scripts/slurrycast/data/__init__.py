@@ -1,0 +1,1 @@
+"""What is stored and read: frames, trajectories, training sets, tables, periodic boxes."""

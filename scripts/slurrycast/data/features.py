@@ -1,0 +1,18 @@
+"""From frames to what a model sees of each particle, in the study's form: one row a particle, no neighbours, no box."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slurrycast.data.frames import Frame, Particles
+
+FEATURE_NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+
+
+def particle_history(particles: Particles, frames: Sequence[Frame]) -> np.ndarray:
+    """Features (n, frames, 6) of all particles of a slurry: phase, radius, unwrapped coordinates, coordination number.
+
+    Coordinates are unwrapped (um): wrapped ones jump at the periodic faces and would teach false motions.
+    """
+    static = np.column_stack([particles.phase, particles.radius_um])
+    return np.stack([np.column_stack([static, frame.position_um, frame.coordination]) for frame in frames], axis=1)

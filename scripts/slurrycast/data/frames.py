@@ -1,0 +1,284 @@
+"""The frame store: particles and frames of one slurry as an H5MD file, and the only code that knows its layout.
+
+H5MD 1.1 (de Buyl, Colberg & Höfling, Comput. Phys. Commun. 185, 1546 (2014)) with one particle group, `slurry`:
+
+    particles/slurry/position/{value, step, time}              unwrapped coordinates (frames, n, 3), um
+    particles/slurry/scaled_position/{value, step, time}       the same in box edges, from the lower corner
+    particles/slurry/coordination/{value, step, time}          contacts of each particle, (frames, n)
+    particles/slurry/position_spread/{value, step, time}       only of predictions that say how sure they are: standard
+                                                               deviation of each coordinate (frames, n, 3), um
+    particles/slurry/box/edges/{value, step, time}             (frames, 3), um
+    particles/slurry/box/lower/{value, step, time}             lower corner, (frames, 3), um; H5MD has no place for it
+    particles/slurry/{id, type, species, size_class, radius, mass}      (n,); species is the phase
+    parameters/frame_numbers                                   (frames,)
+
+Every array has its unit as attribute `units`. H5MD calls it `unit`, but MDAnalysis refuses to read a file with a `unit`
+that it does not know, and it knows neither um nor us. Attributes of `parameters` hold where the frames come from.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
+
+GROUP = "particles/slurry"
+# What h5py and numpy raise for a file that is HDF5, but has something else in a place: no such name, a group for an
+# array, text for numbers.
+NOT_AS_EXPECTED = (OSError, KeyError, AttributeError, TypeError, ValueError, RuntimeError)
+
+
+@dataclass(frozen=True)
+class Particles:
+    """What does not change with time; arrays of shape (n,), sorted by id.
+
+    `phase` counts from 1 in the order of `phase_names`, `size_class` from 1 within a phase, `type` is the LAMMPS atom
+    type (one per phase and size class).
+    """
+
+    id: np.ndarray
+    type: np.ndarray
+    phase: np.ndarray
+    size_class: np.ndarray
+    radius_um: np.ndarray
+    mass_pg: np.ndarray
+    phase_names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def in_phase(self, name: str) -> np.ndarray:
+        """Mask (n,) of the particles of phase `name`."""
+        return self.phase == self.phase_names.index(name) + 1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One instant: unwrapped `position_um` (n, 3), `scaled_position` (n, 3), `coordination` (n,) and the box.
+
+    `position_spread_um` (n, 3) only of a prediction that says how sure it is.
+    """
+
+    number: int
+    step: int
+    time_us: float
+    position_um: np.ndarray
+    scaled_position: np.ndarray
+    coordination: np.ndarray
+    lower_um: np.ndarray
+    edges_um: np.ndarray
+    position_spread_um: np.ndarray | None = None
+
+
+class FrameStore:
+    """Frames of one slurry, read from the file one at a time; `k` is always a frame number of the run (0 to 120)."""
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self.path = path
+        group = file[GROUP]
+        self._file, self._group = file, group
+        self.attributes = {name: value for name, value in file["parameters"].attrs.items() if name != "phases"}
+        self.particles = Particles(
+            *(group[name][:] for name in ("id", "type", "species", "size_class", "radius", "mass")),
+            phase_names=tuple(str(name) for name in file["parameters"].attrs["phases"]),
+        )
+        self.frame_numbers = file["parameters/frame_numbers"][:]
+        self.steps = group["position/step"][:]
+        self.times_us = group["position/time"][:]
+        self._check()
+        self._row = {int(number): row for row, number in enumerate(self.frame_numbers)}
+
+    def _check(self) -> None:
+        """Refuse arrays whose shapes or kinds do not belong together; ValueError says which."""
+        n, frames = len(self.particles.id), len(self.frame_numbers)
+        found = {name: self._group[name] for name, _, _ in _STATIC}
+        held = [name for name, _, _ in _TIME_DEPENDENT if name not in _OPTIONAL or name in self._group]
+        found |= {f"{name}/value": self._group[f"{name}/value"] for name in held}
+        found |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
+        of_frames = {"frame_numbers": (), "position/step": (), "position/time": (), "coordination/value": (n,)}
+        of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3), "position_spread/value": (n, 3)}
+        of_frames |= {"box/edges/value": (3,), "box/lower/value": (3,)}
+        for name, array in found.items():
+            shape = (frames, *of_frames[name]) if name in of_frames else (n,)
+            if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
+                raise ValueError(f"{name} holds {array.dtype} of shape {array.shape}, expected are numbers of {shape}")
+
+    @property
+    def last(self) -> int:
+        """Number of the last frame."""
+        return int(self.frame_numbers[-1])
+
+    def _at(self, name: str, k: int) -> np.ndarray:
+        if k not in self._row:
+            held = f"{self.frame_numbers[0]} to {self.last}"
+            raise InputError(f"{self.path}: frame {k} is not in the file, which holds frames {held}")
+        try:
+            return self._group[f"{name}/value"][self._row[k]]
+        except NOT_AS_EXPECTED as error:
+            raise _unreadable(self.path, error) from error
+
+    def position_um(self, k: int) -> np.ndarray:
+        """Unwrapped coordinates (n, 3) in um at frame `k`, in the box of that frame."""
+        return self._at("position", k)
+
+    def scaled_position(self, k: int) -> np.ndarray:
+        """Unwrapped coordinates (n, 3) at frame `k` in units of the box edges, from the lower corner."""
+        return self._at("scaled_position", k)
+
+    def coordination(self, k: int) -> np.ndarray:
+        """Number of contacts of each particle (n,) at frame `k`."""
+        return self._at("coordination", k)
+
+    def position_spread_um(self, k: int) -> np.ndarray | None:
+        """Standard deviation (n, 3) in um that a prediction expects of each coordinate; None where there is none."""
+        return self._at("position_spread", k) if "position_spread" in self._group else None
+
+    def box(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lower corner (3,) and edges (3,) of the box in um at frame `k`."""
+        return self._at("box/lower", k), self._at("box/edges", k)
+
+    def frame(self, k: int) -> Frame:
+        """All of frame `k`."""
+        lower_um, edges_um = self.box(k)
+        row = self._row[k]
+        return Frame(
+            number=k,
+            step=int(self.steps[row]),
+            time_us=float(self.times_us[row]),
+            position_um=self.position_um(k),
+            scaled_position=self.scaled_position(k),
+            coordination=self.coordination(k),
+            lower_um=lower_um,
+            edges_um=edges_um,
+            position_spread_um=self.position_spread_um(k),
+        )
+
+    def all_edges_um(self) -> np.ndarray:
+        """Edges (frames, 3) of the box in um at every frame of the file, in their order."""
+        try:
+            return self._group["box/edges/value"][:]
+        except NOT_AS_EXPECTED as error:
+            raise _unreadable(self.path, error) from error
+
+    def volume_um3(self, k: int) -> float:
+        """Volume of the box at frame `k` in um3."""
+        return float(np.prod(self._at("box/edges", k)))
+
+    def density_g_cm3(self, k: int) -> float:
+        """Mass of all particles over the volume of the box at frame `k`; 1 pg/um3 = 1 g/cm3."""
+        return float(self.particles.mass_pg.sum() / self.volume_um3(k))
+
+    def __enter__(self) -> "FrameStore":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+
+def read_frames(path: str | Path) -> FrameStore:
+    """Open a frame store; use it as a context manager. InputError if it is no such file, or not as it was written."""
+    path = Path(path)
+    check_unchanged(path)  # the HDF5 library may hang on a damaged file
+    file = None
+    try:
+        file = h5py.File(path, "r")
+        return FrameStore(path, file)
+    except NOT_AS_EXPECTED as error:
+        if file is not None:
+            file.close()
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> InputError:
+    return InputError(f"{path}: not a readable frame store ({' '.join(str(error).split())})")
+
+
+# name in the file, field of Frame, unit
+_TIME_DEPENDENT = (
+    ("position", "position_um", "um"),
+    ("scaled_position", "scaled_position", ""),
+    ("coordination", "coordination", ""),
+    ("position_spread", "position_spread_um", "um"),
+    ("box/edges", "edges_um", "um"),
+    ("box/lower", "lower_um", "um"),
+)
+_OPTIONAL = ("position_spread",)
+_STATIC = (
+    ("id", "id", ""),
+    ("type", "type", ""),
+    ("species", "phase", ""),
+    ("size_class", "size_class", ""),
+    ("radius", "radius_um", "um"),
+    ("mass", "mass_pg", "pg"),
+)
+
+
+def write_frames(
+    path: str | Path,
+    particles: Particles,
+    frames: Iterable[Frame],
+    attributes: Mapping[str, str | int | float],
+) -> None:
+    """Write `frames`, one after the other as they come, in compressed, checksummed chunks of one frame each.
+
+    `attributes` say where the frames come from (strings and numbers). What is optional is in all frames or in none:
+    ValueError otherwise.
+    """
+    with hdf5_moved_into_place(path) as file:
+        file.create_group("h5md").attrs["version"] = np.array([1, 1])
+        for role, value in (
+            ("author", {"name": "SlurryCast"}),
+            ("creator", {"name": "SlurryCast", "version": "1"}),
+        ):
+            file["h5md"].create_group(role).attrs.update(value)
+        group = file.create_group(GROUP)
+        for name, field, unit in _STATIC:
+            group[name] = getattr(particles, field)
+            group[name].attrs["units"] = unit
+        box = group.create_group("box")
+        box.attrs["dimension"] = 3
+        box.attrs["boundary"] = ["periodic"] * 3
+        numbers, steps, times_us = [], [], []
+        written = _TIME_DEPENDENT
+        for count, frame in enumerate(frames):
+            held = [(name, *rest) for name, *rest in _TIME_DEPENDENT if getattr(frame, rest[0]) is not None]
+            if count == 0:
+                written = held
+            elif held != written:
+                raise ValueError(f"{path}: frame {frame.number} does not hold the same quantities as the first one")
+            for name, field, unit in written:
+                value = np.asarray(getattr(frame, field))
+                if count == 0:
+                    compression = (
+                        {"compression": "gzip", "shuffle": True, "fletcher32": True}
+                        if not name.startswith("box/")
+                        else {}
+                    )
+                    data = group.require_group(name).create_dataset(
+                        "value",
+                        shape=(0, *value.shape),
+                        maxshape=(None, *value.shape),
+                        chunks=(1, *value.shape),
+                        dtype=value.dtype,
+                        **compression,
+                    )
+                    data.attrs["units"] = unit
+                data = group[f"{name}/value"]
+                data.resize(count + 1, axis=0)
+                data[count] = value
+            numbers.append(frame.number)
+            steps.append(frame.step)
+            times_us.append(frame.time_us)
+        # One step and one time array, linked from every element as H5MD proposes.
+        group["position/step"] = np.array(steps)
+        group["position/time"] = np.array(times_us)
+        group["position/time"].attrs["units"] = "us"
+        for name, _, _ in written[1:]:
+            group[f"{name}/step"] = group["position/step"]
+            group[f"{name}/time"] = group["position/time"]
+        file["parameters/frame_numbers"] = np.array(numbers)
+        file["parameters"].attrs.update(attributes)
+        file["parameters"].attrs["phases"] = list(particles.phase_names)

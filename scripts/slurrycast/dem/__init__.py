@@ -1,0 +1,1 @@
+"""The discrete element method: recipe, force field, and everything that talks to LAMMPS."""

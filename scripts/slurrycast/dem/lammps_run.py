@@ -1,0 +1,210 @@
+"""Start LAMMPS, watch it and judge its log."""
+
+import contextlib
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from slurrycast.dem.lammps_log import Log, read_log, thermo_row
+from slurrycast.runtime.files import InputError, RunError
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
+DISK_FULL_BYTES = 1 << 20
+
+
+@dataclass(frozen=True)
+class Launcher:
+    """How LAMMPS is started on this machine: `executable`, and `launcher` -n `ranks` before it when ranks > 1."""
+
+    executable: str
+    launcher: str
+    ranks: int
+
+    def command(self) -> list[str]:
+        """Command line without LAMMPS' own options; InputError if a program cannot be found."""
+        words = _found("dem.executable", self.executable)
+        return [*_found("dem.launcher", self.launcher), "-n", str(self.ranks), *words] if self.ranks > 1 else words
+
+
+def _found(key: str, command: str) -> list[str]:
+    """Words of `command` with the full path of its program, since LAMMPS is started from another folder."""
+    # a program, whose path may hold spaces, or a program with options of its own
+    program, *options = [command] if shutil.which(command) else shlex.split(command)
+    path = shutil.which(program)
+    if path is None:
+        raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
+    return [str(Path(path).absolute()), *options]
+
+
+def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, object]:
+    """The -var settings that every script with real forces needs, from the sections force_field and dem."""
+    hertz = force_field["granular_hertz"]
+    return {
+        "skin_um": dem["skin_um"],
+        "normal_stiffness_kpa": hertz["normal_stiffness_kpa"],
+        "tangential_stiffness_kpa": hertz["tangential_stiffness_ratio"] * hertz["normal_stiffness_kpa"],
+        "normal_damping": hertz["normal_damping_per_um_us"],
+        "tangential_damping": hertz["tangential_damping_ratio"] * hertz["normal_damping_per_um_us"],
+        "friction": hertz["friction"],
+        "timestep_us": dem["timestep_us"],
+        "temperature_k": dem["temperature_k"],
+        "temperature_damping_us": dem["temperature_damping_us"],
+        "pressure_kpa": dem["pressure_kpa"],
+        "pressure_damping_us": dem["pressure_damping_us"],
+    }
+
+
+def steps_per_frame(dem: Mapping) -> int:
+    """Steps from one frame to the next, from the section dem."""
+    return dem["steps"] // (dem["frames"] - 1)
+
+
+class Progress:
+    """Says now and then how far a run is: `say` gets one line."""
+
+    def __init__(self, name: str, first: int, last: int, say: Callable[[str], None], every_s: float = 5.0) -> None:
+        self._name, self._first, self._last, self._say, self._every_s = name, first, last, say, every_s
+        self._start = self._said = time.monotonic()
+
+    def __call__(self, step: int, density_g_cm3: float) -> None:
+        """Report `step` and density if the last report is long enough ago."""
+        now = time.monotonic()
+        if now - self._said < self._every_s or step <= self._first:
+            return
+        self._said = now
+        left_s = (now - self._start) * (self._last - step) / (step - self._first)
+        self._say(
+            f"[{self._name}] step {step} of {self._last} ({step / self._last:.0%}), density {density_g_cm3:.3f} g/cm3, "
+            f"{now - self._start:.0f} s, about {left_s:.0f} s left"
+        )
+
+
+def run_lammps(
+    launcher: Launcher,
+    script: str,
+    variables: Mapping[str, object],
+    folder: Path,
+    log: str,
+    progress: Callable[[int, float], None] | None = None,
+) -> Log:
+    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`.
+
+    `progress` is called with step and density for each line of the thermo table as it is printed. RunError if the log
+    shows a failure, or a processor grid that is not the ranks asked for: some launchers start N copies of one rank,
+    which then overwrite each other's files.
+    """
+    settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
+    command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
+    (folder / log).unlink(missing_ok=True)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    columns: list[str] = []
+    tail: deque[str] = deque(maxlen=5)
+    error = ""
+    with _started(command, folder, launcher.ranks, environment) as process:
+        try:
+            for line in process.stdout:
+                tail.append(line.strip())
+                if line.startswith("ERROR"):
+                    error = error or line.strip()
+                if line.split()[:1] == ["Step"]:
+                    columns = line.split()
+                elif progress and "v_density_g_cm3" in columns and (row := thermo_row(line, len(columns))):
+                    progress(int(row[0]), row[columns.index("v_density_g_cm3")])
+        except BaseException:
+            with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
+                _end(process, launcher.ranks)
+            raise
+    if error:  # of any rank; the log holds those of the first one
+        raise RunError(f"LAMMPS: {error}{_cause(folder)}; log: {folder / log}")
+    if process.returncode:
+        said = " ".join(tail)[-300:]
+        raise RunError(f"LAMMPS ended with exit code {process.returncode}: {said}{_cause(folder)}; log: {folder / log}")
+    result = read_log(folder / log)
+    if result.ranks != launcher.ranks:
+        raise RunError(
+            f"LAMMPS ran on {result.ranks} MPI ranks where dem.ranks asks for {launcher.ranks}: check dem.launcher; "
+            f"log: {folder / log}"
+        )
+    return result
+
+
+def _cause(folder: Path) -> str:
+    """What LAMMPS may not have said: that its disk is full or its folder gone."""
+    if not folder.exists():
+        return "; the work folder is gone"
+    return "; the disk is full" if shutil.disk_usage(folder).free < DISK_FULL_BYTES else ""
+
+
+def _end(process: subprocess.Popen, ranks: int) -> None:
+    """End LAMMPS: a launcher ends its ranks when it is asked to; one that runs alone does not hear that."""
+    if ranks > 1:
+        process.terminate()
+        return
+    for child in psutil.Process(process.pid).children(recursive=True):  # `lmp` may be a script that starts LAMMPS
+        with contextlib.suppress(psutil.NoSuchProcess):
+            child.kill()
+    process.kill()
+
+
+def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[str, str]) -> subprocess.Popen:
+    """Start LAMMPS with the locks of this process; one that runs alone does not hear SIGTERM.
+
+    Schedulers send it to every process of a job, and it is this process that decides when LAMMPS ends.
+    """
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM} if ranks == 1 else ())
+    try:
+        return subprocess.Popen(
+            command,
+            cwd=folder,
+            env=environment,
+            close_fds=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def continue_dem(
+    script: str,
+    launcher: Launcher,
+    inputs: Mapping,
+    restart: Path,
+    coefficients: Path,
+    folder: Path,
+    variables: Mapping[str, object],
+    progress: Callable[[int, float], None] | None = None,
+) -> Log:
+    """Go on with the DEM of a slurry from `restart` by `script` (of scripts/lammps) in `folder`.
+
+    What it writes is there, its log by the script's name. `inputs` is the content of the
+    slurry's inputs.json. `variables` are those of the script that its physics leave open (round_steps, max_rounds,
+    ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS dropped the contact
+    history that the restart file holds.
+    """
+    physics = inputs["physics"]
+    shutil.copyfile(restart, folder / "start.restart")
+    shutil.copyfile(coefficients, folder / "coefficients.lmp")
+    fixed = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
+    every = {**force_field_variables(physics["force_field"], physics["dem"]), **fixed, **variables}
+    name = f"{Path(script).stem}.log"
+    log = run_lammps(launcher, script, every, folder, name, progress)
+    refuse_lost_history(folder / name, restart)
+    return log
+
+
+def refuse_lost_history(log: Path, restart: Path) -> None:
+    """RunError if LAMMPS dropped a part of the file `restart`, the contact history, as its `log` says at the end."""
+    if "Unused restart file" in log.read_text(encoding="utf-8", errors="replace"):
+        raise RunError(f"LAMMPS: dropped a part of the restart file {restart}; log: {log}")

@@ -1,0 +1,1 @@
+"""What a prediction is worth: noise of the DEM, error against cost, uncertainty."""

@@ -1,0 +1,146 @@
+"""Structural error against cost: what each surrogate reaches, which are on the front, and the DEM at equal cost."""
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.evaluation.noise import BAND_SDS
+
+REFERENCE = "early_dem"  # the DEM hurried on from the last input frame: what a user would do without any of this
+ERRORS = ("mse_um2", "density_error", "rdf_error")
+KEYS = ("surrogate", "input_last_frame", "slurry")
+
+
+def structure_error_columns(structure_errors: pd.DataFrame) -> pd.DataFrame:
+    """Density and RDF error of every relaxed structure: surrogate, slurry, density_error, rdf_error.
+
+    `structure_errors` is tables/structure_errors.csv. density_error is |density / density of the DEM - 1|, rdf_error
+    the mean of |g - g_dem| over all pairs of particles.
+    """
+    relaxed = structure_errors[structure_errors.stage == "relaxed"]
+    keys = ["surrogate", "slurry"]
+    density = relaxed[relaxed.quantity == "density_g_cm3"]
+    density = density.assign(density_error=(density.value / density.dem_value - 1).abs())[[*keys, "density_error"]]
+    rdf = relaxed[relaxed.quantity == "rdf_all"].rename(columns={"value": "rdf_error"})[[*keys, "rdf_error"]]
+    return density.merge(rdf, on=keys, validate="one_to_one")
+
+
+def front(speedup: pd.DataFrame, structure_errors: pd.DataFrame, last_frames: Mapping[str, int]) -> pd.DataFrame:
+    """Rows of tables/front.csv: surrogate, input_last_frame, slurry, cost_share_of_full_dem, density_error, rdf_error.
+
+    `speedup` are rows of `speedup.compare_costs` on one clock, `last_frames` the number of each surrogate's last input
+    frame. Only slurries with a full DEM and a structure to compare have a row.
+    """
+    shares = speedup.assign(
+        input_last_frame=speedup.surrogate.map(last_frames), cost_share_of_full_dem=speedup.hybrid / speedup.dem
+    )
+    keys = ["surrogate", "input_last_frame", "slurry", "cost_share_of_full_dem"]
+    shares = shares.dropna(subset=["dem"])[keys].astype({"input_last_frame": int})
+    return shares.merge(structure_error_columns(structure_errors), on=["surrogate", "slurry"], validate="one_to_one")
+
+
+def with_relative_mse(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
+    """Rows of tables/front.csv with `mse_of_affine`: MSE of the predicted coordinates over that of the affine map.
+
+    `skill` is tables/skill.csv. Rows without an MSE are left out.
+    """
+    relative = skill.assign(mse_of_affine=skill.mse_um2 / skill.mse_affine_um2)
+    relative = relative[["surrogate", "slurry", "mse_of_affine"]].dropna()
+    return front_table.merge(relative, on=["surrogate", "slurry"], validate="one_to_one")
+
+
+def mean_front(table: pd.DataFrame) -> pd.DataFrame:
+    """Mean of cost and all errors over the slurries of tables/front.csv, one row a surrogate in order of cost.
+
+    Every row stands for the same slurries: those that every surrogate has.
+    """
+    common = set.intersection(*(set(own.slurry) for _, own in table.groupby("surrogate")))
+    means = table[table.slurry.isin(common)].groupby(["surrogate", "input_last_frame"], sort=False)
+    means = means[[column for column in table if column not in KEYS]].mean().reset_index()
+    return means.sort_values("cost_share_of_full_dem", ignore_index=True)
+
+
+def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Mark (n,) the points of which no other is at most as dear and at most as wrong, and better in one of the two."""
+    cost, error = np.asarray(cost), np.asarray(error)
+    no_worse = (cost[:, None] >= cost) & (error[:, None] >= error)
+    better = (cost[:, None] > cost) | (error[:, None] > error)
+    return ~(no_worse & better).any(axis=1)
+
+
+def on_front(cost_share: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Mark (n,) the surrogates that neither another one nor the full DEM dominates, which costs 1 and errs by 0."""
+    return non_dominated(np.append(cost_share, 1.0), np.append(error, 0.0))[:-1]
+
+
+def equilibrium_share(speedup: pd.DataFrame, slurries: Collection[str], clock: str) -> float:
+    """Mean over `slurries` of what the DEM up to its own equilibrium costs, as a share of the full DEM.
+
+    `speedup` is tables/speedup.csv. Slurries that do not reach equilibrium do not count; NaN where none does.
+    """
+    rows = speedup[(speedup.clock == clock) & speedup.slurry.isin(slurries)].drop_duplicates("slurry")
+    return float((rows.dem_to_equilibrium / rows.dem).mean())
+
+
+def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> dict[str, float]:
+    """What two DEM runs with other seeds differ by, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
+
+    NaN where tables/structure_errors.csv has no replica_sd.
+    """
+    rows = structure_errors[(structure_errors.stage == "relaxed") & structure_errors.slurry.isin(slurries)]
+    density, rdf = (rows[rows.quantity == quantity] for quantity in ("density_g_cm3", "rdf_all"))
+    return {
+        "density_error": float((BAND_SDS * density.replica_sd / density.dem_value).mean()),
+        "rdf_error": float(rdf.replica_sd.mean()),
+    }
+
+
+def is_reference(label: str) -> bool:
+    """Whether `label` is one of the hurried DEM."""
+    return label == REFERENCE or label.startswith(f"{REFERENCE}_")
+
+
+def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, float], str]:
+    """Errors of the hurried DEM at equal `cost`, and a note.
+
+    `reference` are its points for one slurry, of all dampings and input frames: cost_share_of_full_dem and ERRORS. The
+    curve through them is their lower envelope: at the cost of each point stand the errors of the one with the lowest
+    MSE that costs at most as much; in between it is linear in log cost. Outside of their range, the errors are those at
+    its nearer end, and the note says on which side. Returned are cost_share, where on the curve they are taken, and
+    ERRORS; all NaN without any point.
+    """
+    reference = reference.dropna(subset="mse_um2").sort_values("cost_share_of_full_dem", ignore_index=True)
+    if reference.empty:
+        return dict.fromkeys(("cost_share", *ERRORS), np.nan), f"no {REFERENCE} of this slurry"
+    costs = reference.cost_share_of_full_dem.to_numpy()
+    lowest = [reference.mse_um2[: place + 1].idxmin() for place in reference.index]
+    nearest = float(np.clip(cost, costs[0], costs[-1]))
+    found = {name: float(np.interp(np.log(nearest), np.log(costs), reference[name][lowest])) for name in ERRORS}
+    note = ""
+    if cost != nearest:
+        note = f"{'cheaper' if cost < nearest else 'dearer'} than any {REFERENCE}"
+    return {"cost_share": nearest} | found, note
+
+
+def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
+    """Every other surrogate beside the hurried DEM of the same slurry at equal cost, end to end.
+
+    `front_table` is tables/front.csv, `skill` tables/skill.csv. Columns: surrogate, slurry, cost_share_of_full_dem,
+    early_dem_cost_share, each of ERRORS and early_dem_<error>, note; see `reference_at_cost`.
+    """
+    points = front_table.merge(skill[["surrogate", "slurry", "mse_um2"]], on=["surrogate", "slurry"], how="left")
+    hurried = points.surrogate.map(is_reference).astype(bool)
+    rows = []
+    for point in points[~hurried].itertuples():
+        theirs, note = reference_at_cost(
+            point.cost_share_of_full_dem, points[hurried & (points.slurry == point.slurry)]
+        )
+        row = {name: getattr(point, name) for name in ("surrogate", "slurry", "cost_share_of_full_dem")}
+        row[f"{REFERENCE}_cost_share"] = theirs["cost_share"]
+        for name in ERRORS:
+            row |= {name: getattr(point, name), f"{REFERENCE}_{name}": theirs[name]}
+        rows.append(row | {"note": note})
+    columns = ["surrogate", "slurry", "cost_share_of_full_dem", f"{REFERENCE}_cost_share"]
+    columns += [column for name in ERRORS for column in (name, f"{REFERENCE}_{name}")]
+    return pd.DataFrame(rows, columns=[*columns, "note"])

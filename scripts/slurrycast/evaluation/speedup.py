@@ -1,0 +1,214 @@
+"""What the hybrid chain costs for one slurry end to end, against the full DEM and against the DEM up to equilibrium.
+
+A user who has a new slurry pays for all of HYBRID_PARTS; the DEM that it stands in for needs the inputs as well. What
+is paid once, training and the DEM of the training slurries, is counted apart (`scaling`).
+"""
+
+import argparse
+from collections.abc import Collection, Mapping
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from slurrycast.runtime.files import InputError
+
+# parts of a hybrid run in the order of the workflow: stage in the cost table, name in figures and tables
+HYBRID_PARTS = {
+    "generate_inputs": "inputs",
+    "run_slurry_to_input": "DEM to the last input frame",
+    "extract_frames": "features",
+    "predict_slurry": "prediction",
+    "wrap_slurry": "wrapping",
+    "relax_slurry": "relaxation",
+}
+# of all training slurries together
+DATASET_STAGES = ("assemble_dataset", "measure_packing")
+TRAINING_STAGES = ("train_surrogate", "fit_surrogate")
+TRAINING_SLURRY_STAGES = ("generate_inputs", "run_slurry", "extract_frames")
+FEWEST_TO_FIT, SPAN_TO_FIT = 3, 2.0  # slurries, and largest over smallest number of particles, for an exponent
+
+
+def label_and_steps(word: str) -> tuple[str, int]:
+    """Read `label=steps` of a command line: the DEM step of a surrogate's last input frame."""
+    label, _, steps = word.partition("=")
+    if not label or not steps.isdecimal():
+        raise argparse.ArgumentTypeError(f"{word!r}: must be label=steps, such as affine_f02=1000")
+    return label, int(steps)
+
+
+def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
+    """Seconds on `clock` that LAMMPS spent on a DEM run up to step `steps`, push-off and every start included.
+
+    `run` is the content of run.json; a segment that goes on beyond that step counts by its share of steps.
+    """
+    seconds = run["start"][clock]
+    for segment in run["segments"]:
+        first, last = segment["step_start"], segment["step_end"]
+        seconds += segment[clock] * min(max((steps - first) / (last - first), 0.0), 1.0)
+    return seconds
+
+
+def extraction_seconds(recorded_s: float, smallest_s: float, run: Mapping, steps: int) -> float:
+    """Seconds that the frames up to step `steps` take of an extraction of all frames, which took `recorded_s`.
+
+    Counted are their share of the frames and the start-up of the program. The latter is not recorded; `smallest_s`, the
+    cheapest extraction of the run, is an upper bound of it, and so is the result of what a user pays.
+    """
+    frames = run["frames_written"]
+    share = ((frames - 1) * steps / run["steps"] + 1) / frames
+    return min(recorded_s, smallest_s + share * recorded_s)
+
+
+def _hybrid_parts(seconds: pd.Series, smallest_extraction_s: float, run: Mapping, steps: int, clock: str) -> dict:
+    """Seconds of each of HYBRID_PARTS, from those of the recorded stages of one slurry."""
+    known = dict(seconds) | {"run_slurry_to_input": dem_seconds(run, steps, clock)}
+    known["extract_frames"] = extraction_seconds(known["extract_frames"], smallest_extraction_s, run, steps)
+    return {stage: float(known[stage]) for stage in HYBRID_PARTS}
+
+
+def compare_costs(
+    costs: pd.DataFrame,
+    equilibrium: pd.DataFrame,
+    runs: Mapping[str, Mapping],
+    input_steps: Mapping[str, int],
+    clock: str = "wall_s",
+) -> pd.DataFrame:
+    """Seconds of each part for every slurry that went through the hybrid chain, in the order of `equilibrium`.
+
+    `costs` are rows of tables/cost.csv, `equilibrium` is tables/equilibrium.csv, `runs` the content of run.json by
+    slurry, `input_steps` the DEM step of the last input frame by surrogate; `clock` is wall_s or cpu_s. Columns:
+    surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid (their sum), dem (full run, inputs
+    included), dem_to_equilibrium (the same), ratio (dem / hybrid), ratio_to_equilibrium. dem and ratio are NaN for
+    slurries of role new, whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN for these
+    too, and for slurries with a warning, which are not in equilibrium at their end. InputError if a cost or a step is
+    missing.
+    """
+    rows = []
+    relaxations = costs[costs.stage == "relax_slurry"]
+    smallest_extraction_s = costs.loc[costs.stage == "extract_frames", clock].min()
+    for surrogate in dict.fromkeys(relaxations.surrogate):
+        if surrogate not in input_steps:
+            raise InputError(f"surrogate {surrogate}: no step of the last input frame is given for it")
+        relaxed = set(relaxations.slurry[relaxations.surrogate == surrogate])
+        for slurry in equilibrium[equilibrium.slurry.isin(relaxed)].itertuples():
+            own = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
+            seconds = own.groupby("stage")[clock].sum()
+            missing = [part for part in HYBRID_PARTS if part not in (*seconds.index, "run_slurry_to_input")]
+            if missing:
+                raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
+            run = runs[slurry.slurry]
+            parts = _hybrid_parts(seconds, smallest_extraction_s, run, input_steps[surrogate], clock)
+            hybrid = sum(parts.values())
+            dem = to_equilibrium = np.nan
+            if slurry.role != "new":
+                dem = parts["generate_inputs"] + dem_seconds(run, run["steps"], clock)
+            if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
+                steps = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
+                to_equilibrium = parts["generate_inputs"] + dem_seconds(run, steps, clock)
+            rows.append(
+                {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
+                | parts
+                | {
+                    "hybrid": hybrid,
+                    "dem": dem,
+                    "dem_to_equilibrium": to_equilibrium,
+                    "ratio": dem / hybrid,
+                    "ratio_to_equilibrium": to_equilibrium / hybrid,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def exponent(particles: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
+    """Exponent b of seconds = a particles^b, by least squares of the logarithms, and its standard error.
+
+    Both are NaN for less than FEWEST_TO_FIT slurries, or sizes that span less than SPAN_TO_FIT: an exponent from these
+    would be noise.
+    """
+    particles = np.asarray(particles, dtype=float)
+    if len(particles) < FEWEST_TO_FIT or particles.max() < SPAN_TO_FIT * particles.min():
+        return np.nan, np.nan
+    x, y = np.log(particles), np.log(seconds)
+    x, y = x - x.mean(), y - y.mean()
+    b = x @ y / (x @ x)
+    variance = np.sum((y - b * x) ** 2) / (len(x) - 2)
+    return float(b), float(np.sqrt(variance / (x @ x)))
+
+
+def slurries_to_pay(spent_s: float, saved_s: float) -> float:
+    """Number of slurries, whole, after which `saved_s` each have paid back `spent_s`; NaN if nothing is saved."""
+    if spent_s == 0:
+        return 0.0
+    return float(np.ceil(spent_s / saved_s)) if saved_s > 0 else np.nan
+
+
+def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
+    """Seconds that `surrogate` was trained or fitted; NaN if its model came from elsewhere, 0 if `costs` hold none."""
+    own = costs[costs.surrogate == surrogate]
+    if (own.stage == "adopt_model").any():
+        return np.nan
+    return float(own.loc[own.stage.isin(TRAINING_STAGES), clock].sum())
+
+
+def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: str) -> float:
+    """Seconds that the `training` slurries took, from their inputs to what they give together.
+
+    InputError if a record is missing.
+    """
+    of_a_slurry = costs[costs.stage.isin(TRAINING_SLURRY_STAGES)]
+    recorded = set(zip(of_a_slurry.slurry, of_a_slurry.stage, strict=True))
+    for slurry, stage in product(training, TRAINING_SLURRY_STAGES):
+        if (slurry, stage) not in recorded:
+            raise InputError(f"training slurry {slurry}: no cost of {stage}")
+    paid = of_a_slurry[of_a_slurry.slurry.isin(training)][clock].sum()
+    return float(paid + costs.loc[costs.stage.isin(DATASET_STAGES), clock].sum())
+
+
+def scaling(
+    speedup: pd.DataFrame, costs: pd.DataFrame, roles: Mapping[str, str], learns_from_dem: Collection[str]
+) -> pd.DataFrame:
+    """How costs grow with size and when the training is paid back: one row a surrogate and clock of `speedup`.
+
+    `speedup` are rows of `compare_costs`, `costs` cost records, `roles` the role of each slurry, `learns_from_dem` the
+    surrogates that need the training slurries. Columns: surrogate, clock, slurries (those with a full DEM, over which
+    exponents are taken), fewest_particles, most_particles, hybrid_exponent and dem_exponent, each with its standard
+    error (_se), training_s and training_dem_s (both NaN for a model that came from elsewhere), saved_s_per_slurry
+    (median of dem - hybrid over those of role test), slurries_to_pay_training, slurries_to_pay_training_and_dem.
+    """
+    training = [slurry for slurry, role in roles.items() if role == "train"]
+    rows = []
+    for (surrogate, clock), own in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
+        training_s = training_seconds(costs, surrogate, clock)
+        dem_s = 0.0
+        if surrogate in learns_from_dem:
+            dem_s = np.nan if np.isnan(training_s) else training_dem_seconds(costs, training, clock)
+        test = own[own.slurry.map(roles) == "test"]
+        saved_s = float((test.dem - test.hybrid).median())
+        exponents = {}
+        for name in ("hybrid", "dem"):
+            exponents[f"{name}_exponent"], exponents[f"{name}_exponent_se"] = exponent(own.particles, own[name])
+        rows.append(
+            {
+                "surrogate": surrogate,
+                "clock": clock,
+                "slurries": len(own),
+                "fewest_particles": own.particles.min(),
+                "most_particles": own.particles.max(),
+                **exponents,
+                "training_s": training_s,
+                "training_dem_s": dem_s,
+                "saved_s_per_slurry": saved_s,
+                "slurries_to_pay_training": slurries_to_pay(training_s, saved_s),
+                "slurries_to_pay_training_and_dem": slurries_to_pay(training_s + dem_s, saved_s),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def time_unit(longest_s: float) -> tuple[float, str]:
+    """Seconds in a fitting unit for times up to `longest_s`, and the unit's name."""
+    for length_s, name in ((3600.0, "h"), (60.0, "min")):
+        if longest_s > 3 * length_s:
+            return length_s, name
+    return 1.0, "s"

@@ -1,0 +1,1 @@
+"""How a script runs: its command line, files that appear whole, work folders, costs, versions."""

