@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 import yaml
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
+from configurations import ROOT
+
+os.environ["PYTHONPATH"] = str(ROOT / "scripts")  # of scripts that tests call: the package of this checkout
 # Whichever test starts TensorFlow: sums over several threads come out in another order from run to run.
 os.environ |= {"TF_NUM_INTRAOP_THREADS": "1", "TF_NUM_INTEROP_THREADS": "1"}
 
@@ -51,7 +52,8 @@ def command() -> Callable[..., list[str]]:
     """Command line of a script: command("run_slurry", last_frame=10, ...)."""
 
     def build(script: str, **options: object) -> list[str]:
-        words = [sys.executable, str(ROOT / "scripts" / f"{script}.py")]
+        (path,) = ROOT.glob(f"scripts/*/{script}.py")
+        words = [sys.executable, str(path)]
         for name, value in options.items():
             words += [f"--{name.replace('_', '-')}", *map(str, value if isinstance(value, list) else [value])]
         return words

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from cluster import missing, processes_of, running_slurm
 
 from checkouts import copy_checkout
+from cluster import missing, processes_of, running_slurm
 
 HERE = Path(__file__).parent
 SCALE = ("config/tiny.yaml", "config/few.yaml")

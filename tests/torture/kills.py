@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
+
 from comparison import differences
 from project import CALL_LIMIT_S, Injection, Job, Project, end
 
@@ -81,7 +82,7 @@ def running(snakemake: psutil.Process) -> list[Running]:
         for process in snakemake.children(recursive=True):
             with contextlib.suppress(psutil.NoSuchProcess):
                 words = process.cmdline()
-                if len(words) > 1 and (script := re.fullmatch(r"scripts/(\w+)\.py", words[1])):
+                if len(words) > 1 and (script := re.fullmatch(r"scripts/\w+/(\w+)\.py", words[1])):
                     found[process.pid] = Running(script[1], process, [])
                 elif process.name() == "lmp":
                     others.append(process)

@@ -10,17 +10,17 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-import campaign
 import h5py
 import numpy as np
 import pytest
 import yaml
+
+import campaign
 from comparison import differences
 from corruption import damage
 from folders import own_disk
 from kills import STAGES, VICTIMS, planned
 from project import Injection
-
 from slurrycast.runtime.files import moved_into_place, write_text
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-ROOT = Path(__file__).resolve().parents[2]
+from configurations import ROOT
 
 
 def plan(scale: Path | str, *arguments: str) -> subprocess.CompletedProcess:

@@ -15,8 +15,8 @@ OUTPUTS:
 
 rule measure_equilibrium:
     input:
-        script="scripts/measure_equilibrium.py",
-        modules=modules("scripts/measure_equilibrium.py"),
+        script="scripts/analysis/measure_equilibrium.py",
+        modules=modules("scripts/analysis/measure_equilibrium.py"),
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
         thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
     output:
@@ -44,8 +44,8 @@ rule measure_equilibrium:
 
 rule check_coverage:  # asked for only where there are training slurries
     input:
-        script="scripts/check_coverage.py",
-        modules=modules("scripts/check_coverage.py"),
+        script="scripts/analysis/check_coverage.py",
+        modules=modules("scripts/analysis/check_coverage.py"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
         predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
     output:
@@ -76,8 +76,8 @@ rule check_coverage:  # asked for only where there are training slurries
 
 rule measure_density:
     input:
-        script="scripts/measure_density.py",
-        modules=modules("scripts/measure_density.py"),
+        script="scripts/analysis/measure_density.py",
+        modules=modules("scripts/analysis/measure_density.py"),
         frames=expand(rules.extract_frames.output.frames, slurry=COMPLETE),
         relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
     output:
@@ -104,8 +104,8 @@ rule measure_density:
 
 rule compare_coordinates:
     input:
-        script="scripts/compare_coordinates.py",
-        modules=modules("scripts/compare_coordinates.py"),
+        script="scripts/analysis/compare_coordinates.py",
+        modules=modules("scripts/analysis/compare_coordinates.py"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SURROGATES)),
     output:
@@ -132,8 +132,8 @@ rule compare_coordinates:
 
 rule compute_rdf:
     input:
-        script="scripts/compute_rdf.py",
-        modules=modules("scripts/compute_rdf.py"),
+        script="scripts/analysis/compute_rdf.py",
+        modules=modules("scripts/analysis/compute_rdf.py"),
         frames=rules.extract_frames.output.frames,
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
@@ -163,8 +163,8 @@ rule compute_rdf:
 
 rule compare_rdf:
     input:
-        script="scripts/compare_rdf.py",
-        modules=modules("scripts/compare_rdf.py"),
+        script="scripts/analysis/compare_rdf.py",
+        modules=modules("scripts/analysis/compare_rdf.py"),
         rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=HELD_OUT),
     output:
         table=report(
@@ -187,8 +187,8 @@ rule compare_rdf:
 
 rule collect_costs:
     input:
-        script="scripts/collect_costs.py",
-        modules=modules("scripts/collect_costs.py"),
+        script="scripts/analysis/collect_costs.py",
+        modules=modules("scripts/analysis/collect_costs.py"),
         costs=[
             *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
             *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
@@ -237,8 +237,8 @@ rule collect_costs:
 
 rule compare_costs:
     input:
-        script="scripts/compare_costs.py",
-        modules=modules("scripts/compare_costs.py"),
+        script="scripts/analysis/compare_costs.py",
+        modules=modules("scripts/analysis/compare_costs.py"),
         cost=rules.collect_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),

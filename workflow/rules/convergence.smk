@@ -12,8 +12,8 @@ OUTPUTS:
 
 rule compare_timesteps:
     input:
-        script="scripts/compare_timesteps.py",
-        modules=modules("scripts/compare_timesteps.py"),
+        script="scripts/studies/compare_timesteps.py",
+        modules=modules("scripts/studies/compare_timesteps.py"),
         runs=lambda wildcards: expand(rules.run_slurry.output.run, slurry=timestep_runs()),
         thermo=lambda wildcards: expand(rules.run_slurry.output.thermo, slurry=timestep_runs()),
         structure=lambda wildcards: expand(
@@ -52,8 +52,8 @@ rule compare_timesteps:
 
 rule plot_timesteps:
     input:
-        script="scripts/plot_timesteps.py",
-        modules=modules("scripts/plot_timesteps.py"),
+        script="scripts/studies/plot_timesteps.py",
+        modules=modules("scripts/studies/plot_timesteps.py"),
         runs=rules.compare_timesteps.output.runs,
         summary=rules.compare_timesteps.output.summary,
         equilibrium=rules.measure_equilibrium.output.table,

@@ -14,7 +14,7 @@ rule extract_frames:
     input:
         # The dump is gone once the frames are checked, so any reason to read it again repeats the DEM. An edit of the code
         # is none: the script is ancient, its modules are not listed. To have it all the same: --forcerun extract_frames.
-        script=ancient("scripts/extract_frames.py"),
+        script=ancient("scripts/dem/extract_frames.py"),
         dump=rules.run_slurry.output.dump,
         inputs=rules.generate_inputs.output.inputs,
         run=rules.run_slurry.output.run,
@@ -38,8 +38,8 @@ rule extract_frames:
 
 rule assemble_dataset:
     input:
-        script="scripts/assemble_dataset.py",
-        modules=modules("scripts/assemble_dataset.py"),
+        script="scripts/dataset/assemble_dataset.py",
+        modules=modules("scripts/dataset/assemble_dataset.py"),
         frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
     output:
         dataset=f"{RESULTS}/dataset/training.h5",
@@ -64,8 +64,8 @@ rule assemble_dataset:
 
 rule measure_packing:
     input:
-        script="scripts/measure_packing.py",
-        modules=modules("scripts/measure_packing.py"),
+        script="scripts/dataset/measure_packing.py",
+        modules=modules("scripts/dataset/measure_packing.py"),
         frames=expand(rules.extract_frames.output.frames, slurry=[] if PACKING_GIVEN else TRAINING),
     output:
         packing=f"{RESULTS}/dataset/packing_fraction.json",

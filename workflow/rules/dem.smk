@@ -11,8 +11,8 @@ OUTPUTS:
 
 rule generate_inputs:
     input:
-        script="scripts/generate_inputs.py",
-        modules=modules("scripts/generate_inputs.py"),
+        script="scripts/dem/generate_inputs.py",
+        modules=modules("scripts/dem/generate_inputs.py"),
     output:
         data=f"{RESULTS}/dem/{{slurry}}/initial.data",
         coefficients=f"{RESULTS}/dem/{{slurry}}/coefficients.lmp",
@@ -37,8 +37,8 @@ rule generate_inputs:
 
 rule run_slurry:
     input:
-        script="scripts/run_slurry.py",
-        modules=modules("scripts/run_slurry.py"),
+        script="scripts/dem/run_slurry.py",
+        modules=modules("scripts/dem/run_slurry.py"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "start", "slurry"]),
         data=rules.generate_inputs.output.data,
         coefficients=rules.generate_inputs.output.coefficients,

@@ -12,8 +12,8 @@ OUTPUTS:
 
 rule wrap_slurry:
     input:
-        script="scripts/wrap_slurry.py",
-        modules=modules("scripts/wrap_slurry.py"),
+        script="scripts/hybrid/wrap_slurry.py",
+        modules=modules("scripts/hybrid/wrap_slurry.py"),
         predicted=rules.predict_slurry.output.predicted,
         inputs=rules.generate_inputs.output.inputs,
     output:
@@ -33,8 +33,8 @@ rule wrap_slurry:
 
 rule relax_slurry:
     input:
-        script="scripts/relax_slurry.py",
-        modules=modules("scripts/relax_slurry.py"),
+        script="scripts/hybrid/relax_slurry.py",
+        modules=modules("scripts/hybrid/relax_slurry.py"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "relax"]),
         wrapped=rules.wrap_slurry.output.wrapped,
         predicted=rules.predict_slurry.output.predicted,

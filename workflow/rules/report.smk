@@ -14,8 +14,8 @@ OUTPUTS:
 
 rule record_run:
     input:
-        script="scripts/record_run.py",
-        modules=modules("scripts/record_run.py"),
+        script="scripts/report/record_run.py",
+        modules=modules("scripts/report/record_run.py"),
     output:
         config=f"{RESULTS}/config.yaml",
         versions=f"{RESULTS}/versions.json",
@@ -42,8 +42,8 @@ rule record_run:
 
 rule draw_rules:
     input:
-        script="scripts/draw_rules.py",
-        modules=modules("scripts/draw_rules.py"),
+        script="scripts/report/draw_rules.py",
+        modules=modules("scripts/report/draw_rules.py"),
         snakefile="Snakefile",
         rules=expand(
             "workflow/rules/{part}.smk",
@@ -75,8 +75,8 @@ rule draw_rules:
 
 rule plot_workflow:
     input:
-        script="scripts/plot_workflow.py",
-        modules=modules("scripts/plot_workflow.py"),
+        script="scripts/report/plot_workflow.py",
+        modules=modules("scripts/report/plot_workflow.py"),
         rulegraph=rules.draw_rules.output.rulegraph,
     output:
         figure=report(
@@ -99,8 +99,8 @@ rule plot_workflow:
 
 rule plot_densification:
     input:
-        script="scripts/plot_densification.py",
-        modules=modules("scripts/plot_densification.py"),
+        script="scripts/report/plot_densification.py",
+        modules=modules("scripts/report/plot_densification.py"),
         thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
@@ -129,8 +129,8 @@ rule plot_densification:
 
 rule plot_learning_curves:
     input:
-        script="scripts/plot_learning_curves.py",
-        modules=modules("scripts/plot_learning_curves.py"),
+        script="scripts/report/plot_learning_curves.py",
+        modules=modules("scripts/report/plot_learning_curves.py"),
         history=f"{RESULTS}/models/{{surrogate}}/history.csv",
     output:
         figure=report(
@@ -154,8 +154,8 @@ rule plot_learning_curves:
 
 rule plot_coordinates:
     input:
-        script="scripts/plot_coordinates.py",
-        modules=modules("scripts/plot_coordinates.py"),
+        script="scripts/report/plot_coordinates.py",
+        modules=modules("scripts/report/plot_coordinates.py"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, allow_missing=True),
         frames=rules.extract_frames.output.frames,
     output:
@@ -182,8 +182,8 @@ rule plot_coordinates:
 
 rule render_slurry:
     input:
-        script="scripts/render_slurry.py",
-        modules=modules("scripts/render_slurry.py"),
+        script="scripts/report/render_slurry.py",
+        modules=modules("scripts/report/render_slurry.py"),
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
         frames=lambda wildcards: (
@@ -217,8 +217,8 @@ rule render_slurry:
 
 rule plot_density:
     input:
-        script="scripts/plot_density.py",
-        modules=modules("scripts/plot_density.py"),
+        script="scripts/report/plot_density.py",
+        modules=modules("scripts/report/plot_density.py"),
         density=rules.measure_density.output.table,
     output:
         figure=report(
@@ -244,8 +244,8 @@ rule plot_density:
 
 rule plot_rdf:
     input:
-        script="scripts/plot_rdf.py",
-        modules=modules("scripts/plot_rdf.py"),
+        script="scripts/report/plot_rdf.py",
+        modules=modules("scripts/report/plot_rdf.py"),
         rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=PREDICTED),
         rdf_errors=rules.compare_rdf.output.table,
     output:
@@ -272,8 +272,8 @@ rule plot_rdf:
 
 rule plot_costs:
     input:
-        script="scripts/plot_costs.py",
-        modules=modules("scripts/plot_costs.py"),
+        script="scripts/report/plot_costs.py",
+        modules=modules("scripts/report/plot_costs.py"),
         speedup=rules.compare_costs.output.table,
     output:
         figure=report(
@@ -298,8 +298,8 @@ rule plot_costs:
 
 rule write_report:
     input:
-        script="scripts/write_report.py",
-        modules=modules("scripts/write_report.py"),
+        script="scripts/report/write_report.py",
+        modules=modules("scripts/report/write_report.py"),
         template="scripts/slurrycast/report/report.html.jinja",
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,

@@ -14,8 +14,8 @@ OUTPUTS:
 
 rule compare_sizes:
     input:
-        script="scripts/compare_sizes.py",
-        modules=modules("scripts/compare_sizes.py"),
+        script="scripts/studies/compare_sizes.py",
+        modules=modules("scripts/studies/compare_sizes.py"),
         frames=expand(rules.extract_frames.output.frames, slurry=TRAINING + HELD_OUT),
         runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
         thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
@@ -55,8 +55,8 @@ rule compare_sizes:
 
 rule plot_sizes:
     input:
-        script="scripts/plot_sizes.py",
-        modules=modules("scripts/plot_sizes.py"),
+        script="scripts/studies/plot_sizes.py",
+        modules=modules("scripts/studies/plot_sizes.py"),
         table=rules.compare_sizes.output.table,
     output:
         figure=report(

@@ -15,8 +15,8 @@ if TRAINING_NEEDED:
     rule train_surrogate:
         input:
             unpack(learned_from),
-            script="scripts/train_surrogate.py",
-            modules=lambda wildcards: modules("scripts/train_surrogate.py", LABELS[wildcards.surrogate].name),
+            script="scripts/surrogate/train_surrogate.py",
+            modules=lambda wildcards: modules("scripts/surrogate/train_surrogate.py", LABELS[wildcards.surrogate].name),
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
@@ -45,8 +45,8 @@ if TRAINING_NEEDED:
 
     rule fit_surrogate:
         input:
-            script="scripts/fit_surrogate.py",
-            modules=lambda wildcards: modules("scripts/fit_surrogate.py", LABELS[wildcards.surrogate].name),
+            script="scripts/surrogate/fit_surrogate.py",
+            modules=lambda wildcards: modules("scripts/surrogate/fit_surrogate.py", LABELS[wildcards.surrogate].name),
             dataset=rules.assemble_dataset.output.dataset,
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.json",
@@ -69,8 +69,8 @@ else:
 
     rule adopt_model:
         input:
-            script="scripts/adopt_model.py",
-            modules=modules("scripts/adopt_model.py"),
+            script="scripts/surrogate/adopt_model.py",
+            modules=modules("scripts/surrogate/adopt_model.py"),
             model=config["surrogate"]["model"],
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
@@ -94,8 +94,8 @@ else:
 
 rule predict_slurry:
     input:
-        script="scripts/predict_slurry.py",
-        modules=lambda wildcards: modules("scripts/predict_slurry.py", LABELS[wildcards.surrogate].name),
+        script="scripts/surrogate/predict_slurry.py",
+        modules=lambda wildcards: modules("scripts/surrogate/predict_slurry.py", LABELS[wildcards.surrogate].name),
         frames=rules.extract_frames.output.frames,
         # what only some surrogates need
         model=lambda wildcards: model_of(wildcards.surrogate),

@@ -25,8 +25,8 @@ HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 rule run_twin:
     input:
-        script="scripts/run_twin.py",
-        modules=modules("scripts/run_twin.py"),
+        script="scripts/evaluation/run_twin.py",
+        modules=modules("scripts/evaluation/run_twin.py"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
         run=rules.run_slurry.output.run,
         frames=rules.extract_frames.output.frames,
@@ -71,8 +71,8 @@ rule run_twin:
 rule measure_structure:
     input:
         unpack(structure_options),
-        script="scripts/measure_structure.py",
-        modules=modules("scripts/measure_structure.py"),
+        script="scripts/evaluation/measure_structure.py",
+        modules=modules("scripts/evaluation/measure_structure.py"),
     output:
         structure=f"{RESULTS}/structure/{{source}}/{{slurry}}.csv",
         rdf=f"{RESULTS}/structure/{{source}}/{{slurry}}_rdf.csv",
@@ -102,8 +102,8 @@ rule measure_structure:
 
 rule measure_noise:
     input:
-        script="scripts/measure_noise.py",
-        modules=modules("scripts/measure_noise.py"),
+        script="scripts/evaluation/measure_noise.py",
+        modules=modules("scripts/evaluation/measure_noise.py"),
         structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
         rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
         twins=lambda wildcards: expand(rules.run_twin.output.twin, slurry=replicated()),
@@ -132,8 +132,8 @@ rule measure_noise:
 
 rule compute_skill:
     input:
-        script="scripts/compute_skill.py",
-        modules=modules("scripts/compute_skill.py"),
+        script="scripts/evaluation/compute_skill.py",
+        modules=modules("scripts/evaluation/compute_skill.py"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=YARDSTICKS, slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(YARDSTICKS)),
         noise=rules.measure_noise.output.table,
@@ -161,8 +161,8 @@ rule compute_skill:
 
 rule compare_structure:
     input:
-        script="scripts/compare_structure.py",
-        modules=modules("scripts/compare_structure.py"),
+        script="scripts/evaluation/compare_structure.py",
+        modules=modules("scripts/evaluation/compare_structure.py"),
         structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=HELD_OUT),
         rdf=expand(rules.measure_structure.output.rdf, source=YARDSTICKS, slurry=HELD_OUT),
         dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
@@ -193,8 +193,8 @@ rule compare_structure:
 
 rule compute_front:
     input:
-        script="scripts/compute_front.py",
-        modules=modules("scripts/compute_front.py"),
+        script="scripts/evaluation/compute_front.py",
+        modules=modules("scripts/evaluation/compute_front.py"),
         costs=[
             *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
             *expand(
@@ -229,8 +229,8 @@ rule compute_front:
 
 rule compare_at_equal_cost:
     input:
-        script="scripts/compare_at_equal_cost.py",
-        modules=modules("scripts/compare_at_equal_cost.py"),
+        script="scripts/evaluation/compare_at_equal_cost.py",
+        modules=modules("scripts/evaluation/compare_at_equal_cost.py"),
         front=rules.compute_front.output.table,
         skill=rules.compute_skill.output.table,
     output:
@@ -253,8 +253,8 @@ rule compare_at_equal_cost:
 
 rule fit_costs:
     input:
-        script="scripts/fit_costs.py",
-        modules=modules("scripts/fit_costs.py"),
+        script="scripts/evaluation/fit_costs.py",
+        modules=modules("scripts/evaluation/fit_costs.py"),
         costs=[
             *rules.compute_front.input.costs,
             *expand(
@@ -306,8 +306,8 @@ rule fit_costs:
 
 rule compare_study_costs:
     input:
-        script="scripts/compare_study_costs.py",
-        modules=modules("scripts/compare_study_costs.py"),
+        script="scripts/evaluation/compare_study_costs.py",
+        modules=modules("scripts/evaluation/compare_study_costs.py"),
         speedup=rules.compare_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
     output:
@@ -332,8 +332,8 @@ if HAS_ABLATION:
 
     rule tabulate_ablation:
         input:
-            script="scripts/tabulate_ablation.py",
-            modules=modules("scripts/tabulate_ablation.py"),
+            script="scripts/studies/tabulate_ablation.py",
+            modules=modules("scripts/studies/tabulate_ablation.py"),
             histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=ABLATION),
             dataset=rules.assemble_dataset.output.dataset,
             skill=rules.compute_skill.output.table,
@@ -363,8 +363,8 @@ if HAS_ABLATION:
 
 rule compare_relaxation:
     input:
-        script="scripts/compare_relaxation.py",
-        modules=modules("scripts/compare_relaxation.py"),
+        script="scripts/evaluation/compare_relaxation.py",
+        modules=modules("scripts/evaluation/compare_relaxation.py"),
         relaxed=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.relaxed),
         costs=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.cost),
         structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=with_role("validation")),
@@ -408,8 +408,8 @@ if SPREADING:
 
     rule calibrate_spread:
         input:
-            script="scripts/calibrate_spread.py",
-            modules=modules("scripts/calibrate_spread.py"),
+            script="scripts/evaluation/calibrate_spread.py",
+            modules=modules("scripts/evaluation/calibrate_spread.py"),
             predicted=lambda wildcards: expand(
                 rules.predict_slurry.output.predicted, surrogate=wildcards.surrogate, slurry=calibrated_on()
             ),
@@ -435,8 +435,8 @@ if SPREADING:
 
     rule measure_uncertainty:
         input:
-            script="scripts/measure_uncertainty.py",
-            modules=modules("scripts/measure_uncertainty.py"),
+            script="scripts/evaluation/measure_uncertainty.py",
+            modules=modules("scripts/evaluation/measure_uncertainty.py"),
             predicted=expand(rules.predict_slurry.output.predicted, surrogate=SPREADING, slurry=HELD_OUT),
             frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SPREADING)),
             calibrations=expand(rules.calibrate_spread.output.calibration, surrogate=SPREADING),
@@ -466,8 +466,8 @@ if SPREADING:
 
     rule plot_uncertainty:
         input:
-            script="scripts/plot_uncertainty.py",
-            modules=modules("scripts/plot_uncertainty.py"),
+            script="scripts/evaluation/plot_uncertainty.py",
+            modules=modules("scripts/evaluation/plot_uncertainty.py"),
             predicted=rules.measure_uncertainty.input.predicted,
             frames=rules.measure_uncertainty.input.frames,
             uncertainty=rules.measure_uncertainty.output.table,
@@ -495,8 +495,8 @@ if SPREADING:
 
 rule plot_skill:
     input:
-        script="scripts/plot_skill.py",
-        modules=modules("scripts/plot_skill.py"),
+        script="scripts/evaluation/plot_skill.py",
+        modules=modules("scripts/evaluation/plot_skill.py"),
         skill=rules.compute_skill.output.table,
     output:
         figure=report(
@@ -517,8 +517,8 @@ rule plot_skill:
 
 rule plot_front:
     input:
-        script="scripts/plot_front.py",
-        modules=modules("scripts/plot_front.py"),
+        script="scripts/evaluation/plot_front.py",
+        modules=modules("scripts/evaluation/plot_front.py"),
         front=rules.compute_front.output.table,
         skill=rules.compute_skill.output.table,
         structure_errors=rules.compare_structure.output.table,
@@ -546,8 +546,8 @@ rule plot_front:
 
 rule plot_structure:
     input:
-        script="scripts/plot_structure.py",
-        modules=modules("scripts/plot_structure.py"),
+        script="scripts/evaluation/plot_structure.py",
+        modules=modules("scripts/evaluation/plot_structure.py"),
         structure_errors=rules.compare_structure.output.table,
     output:
         figure=report(
@@ -572,8 +572,8 @@ rule plot_structure:
 
 rule plot_relaxation:
     input:
-        script="scripts/plot_relaxation.py",
-        modules=modules("scripts/plot_relaxation.py"),
+        script="scripts/evaluation/plot_relaxation.py",
+        modules=modules("scripts/evaluation/plot_relaxation.py"),
         relaxation=rules.compare_relaxation.output.table,
     output:
         figure=report(
@@ -597,8 +597,8 @@ rule plot_relaxation:
 
 rule write_yardsticks:
     input:
-        script="scripts/write_yardsticks.py",
-        modules=modules("scripts/write_yardsticks.py"),
+        script="scripts/evaluation/write_yardsticks.py",
+        modules=modules("scripts/evaluation/write_yardsticks.py"),
         template="scripts/slurrycast/report/report.html.jinja",
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,

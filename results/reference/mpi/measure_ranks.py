@@ -41,7 +41,7 @@ def prepared(folder: Path, mass_units: float) -> tuple[int, dict]:
     options = {**files, "inputs": "inputs.json", "cost": "cost.json"}
     command = [
         sys.executable,
-        ROOT / "scripts" / "generate_inputs.py",
+        ROOT / "scripts" / "dem" / "generate_inputs.py",
         "--slurry",
         "A",
         "--physics",

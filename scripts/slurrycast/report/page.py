@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast.evaluation.speedup import time_unit
-from slurrycast.report.report import study
+from slurrycast.report import study
 
 TEMPLATE = Path(__file__).with_name("report.html.jinja")
 # Figures have 150 pixels an inch and text of 9 to 10 points; this shows it at 13 to 15 CSS pixels.

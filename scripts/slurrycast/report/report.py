@@ -37,7 +37,7 @@ from slurrycast.report.page import (
     pair_name,
     span,
 )
-from slurrycast.report.report import study
+from slurrycast.report import study
 
 STUDY_GROUP = "Study (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.

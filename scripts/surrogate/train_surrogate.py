@@ -80,7 +80,10 @@ def learned_from(args: argparse.Namespace) -> list[Path]:
 
 def code_of(surrogate: str) -> list[str]:
     """What makes the result another one beside data and settings: our modules, as checksums, and the libraries."""
-    own = [checksum(dependencies.ROOT / path) for path in dependencies.modules("scripts/train_surrogate.py", surrogate)]
+    own = [
+        checksum(dependencies.ROOT / path)
+        for path in dependencies.modules("scripts/surrogate/train_surrogate.py", surrogate)
+    ]
     packages = importlib.metadata.packages_distributions()  # TensorFlow has several, of which one is installed
     libraries = sorted({name for library in ("keras", "tensorflow") for name in packages.get(library, [])})
     return own + [f"{name} {importlib.metadata.version(name)}" for name in libraries]

@@ -67,7 +67,7 @@ def run(root, tmp_path):
     """Run a script, with --cost added where it has one; return the finished process."""
 
     def start(script: str, *arguments: object) -> subprocess.CompletedProcess:
-        command = [sys.executable, root / "scripts" / script, *arguments]
+        command = [sys.executable, *root.glob(f"scripts/*/{script}"), *arguments]
         if script != "collect_costs.py":
             command += ["--cost", tmp_path / "cost.json"]
         return subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=120)

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from checkouts import copy_checkout, snakemake
+from configurations import ROOT
 from slurrycast.config.configuration import read_slurries
 from slurrycast.data.tables import read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
@@ -16,7 +17,7 @@ from slurrycast.dem.recipe import particle_counts, particle_types
 
 @pytest.fixture(scope="module")
 def text() -> str:
-    return (Path(__file__).resolve().parents[1] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    return (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

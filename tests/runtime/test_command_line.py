@@ -88,7 +88,7 @@ def test_named_inputs(tmp_path, capsys):
 def test_every_script_checks_its_inputs(root):
     """Whatever an option is said to read is declared as such."""
     option = re.compile(r"add_argument\((?:[^()]|\([^()]*\))*\)")
-    for script in (root / "scripts").glob("*.py"):
+    for script in (root / "scripts").glob("*/*.py"):
         for call in option.findall(Path(script).read_text(encoding="utf-8")):
             if 'help="in: ' in call:
                 assert "type=input_file" in call or "type=named_file" in call or "**" in call, f"{script}: {call}"

@@ -19,7 +19,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
-from slurrycast.report.report import study
+from slurrycast.report import study
 from slurrycast.runtime.command_line import Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 

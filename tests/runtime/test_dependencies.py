@@ -23,18 +23,17 @@ print("\\n" + json.dumps(files))
 
 @pytest.mark.parametrize("script", ["run_slurry", "compute_rdf", "predict_slurry", "collect_costs"])
 def test_modules_are_those_that_python_loads(root, script):
-    path = root / "scripts" / f"{script}.py"
+    (path,) = root.glob(f"scripts/*/{script}.py")
+    script = path.relative_to(root).as_posix()
     done = subprocess.run([sys.executable, "-c", LOADED, path], capture_output=True, text=True, check=True, cwd=root)
     loaded = {file.removeprefix(f"{root}/") for file in json.loads(done.stdout.splitlines()[-1])}
     empty = {file for file in loaded if file.endswith("__init__.py") and "def " not in (root / file).read_text()}
-    assert {file for file in loaded - empty if not file.startswith(RUNTIME)} == set(
-        modules(f"scripts/{script}.py")
-    ) - empty
+    assert {file for file in loaded - empty if not file.startswith(RUNTIME)} == set(modules(script)) - empty
 
 
 def test_surrogate_is_added():
-    assert "scripts/slurrycast/surrogates/vgg16.py" not in modules("scripts/predict_slurry.py")
-    assert "scripts/slurrycast/surrogates/vgg16.py" in modules("scripts/predict_slurry.py", "vgg16")
+    assert "scripts/slurrycast/surrogates/vgg16.py" not in modules("scripts/surrogate/predict_slurry.py")
+    assert "scripts/slurrycast/surrogates/vgg16.py" in modules("scripts/surrogate/predict_slurry.py", "vgg16")
 
 
 @pytest.mark.parametrize(
@@ -46,4 +45,4 @@ def test_surrogate_is_added():
 )
 def test_no_dem_depends_on_analysis_or_plumbing(module):
     for script in ("generate_inputs", "run_slurry"):
-        assert f"scripts/slurrycast/{module}.py" not in modules(f"scripts/{script}.py")
+        assert f"scripts/slurrycast/{module}.py" not in modules(f"scripts/dem/{script}.py")

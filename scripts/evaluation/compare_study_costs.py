@@ -13,7 +13,7 @@ import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS
-from slurrycast.report.report import study
+from slurrycast.report import study
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.files import write_text
 

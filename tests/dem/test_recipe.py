@@ -1,17 +1,16 @@
 """Composition arithmetic against closed forms."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from configurations import ROOT
 from slurrycast.config.configuration import read_slurries
 from slurrycast.dem import recipe
 
-CONFIG = Path(__file__).resolve().parents[1] / "config"
+CONFIG = ROOT / "config"
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,7 @@ def run(root, tmp_path):
 
     def start(script: str, *arguments: object) -> tuple[subprocess.CompletedProcess, Path]:
         out = tmp_path / "tables" / f"{script}.csv"
-        words = [sys.executable, root / "scripts" / f"{script}.py", *arguments, "--table", out]
+        words = [sys.executable, *root.glob(f"scripts/*/{script}.py"), *arguments, "--table", out]
         words += ["--cost", tmp_path / "cost.json"]
         return subprocess.run([str(part) for part in words], capture_output=True, text=True, timeout=120), out
 

@@ -1,14 +1,15 @@
 """The pinned environments in envs/ agree with each other."""
 
 from collections import Counter
-from pathlib import Path
 
 import pytest
 import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-ENVS = Path(__file__).resolve().parents[1] / "envs"
+from configurations import ROOT
+
+ENVS = ROOT / "envs"
 CONDA_FILES = sorted(ENVS.glob("*.yaml"))
 REQUIREMENTS = ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt"]
 

@@ -10,7 +10,7 @@ import pytest
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.relaxation import enough_steps
-from slurrycast.report.report import study
+from slurrycast.report import study
 
 
 @pytest.fixture

@@ -1,15 +1,14 @@
 """Pair coefficients against golden files and mixing rules, time step limits against closed forms."""
 
 from itertools import combinations_with_replacement
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from configurations import ROOT
 from slurrycast.dem import forcefield, recipe
 
-ROOT = Path(__file__).resolve().parents[1]
 CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 LENNARD_JONES = CONFIG["force_field"]["lennard_jones"]
 STIFFNESS_KPA = CONFIG["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
@@ -26,12 +25,12 @@ def coefficient_rows(text: str, style: str) -> dict[tuple[int, int], list[float]
 
 
 def test_coefficients_match_the_golden_file():
-    golden = (ROOT / "tests" / "golden" / "coefficients.lmp").read_text()
+    golden = (ROOT / "tests" / "dem" / "golden" / "coefficients.lmp").read_text()
     assert forcefield.coefficients(TYPES, LENNARD_JONES) == golden
 
 
 def test_push_off_matches_the_golden_file():
-    golden = (ROOT / "tests" / "golden" / "push_off.lmp").read_text()
+    golden = (ROOT / "tests" / "dem" / "golden" / "push_off.lmp").read_text()
     assert forcefield.push_off_coefficients(TYPES) == golden
 
 
