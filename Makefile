@@ -34,7 +34,7 @@ lint: .venv/installed-test
 			--only-binary :all: --python-version $$python --target .venv/none -r envs/requirements-test.txt || exit 1; \
 	done
 
-# The tracked copy of a run with its yardsticks: tables, learning curves, effective configuration, versions, the figures that
+# The tracked copy of a run with its evaluation: tables, learning curves, effective configuration, versions, the figures that
 # the README shows or is read with, and one slurry's last input and target frame, from which a test recomputes a figure
 # (none with SLURRY=).
 RUN ?= reduced

@@ -3,7 +3,7 @@
     snakemake --cores 2                                      demo scale, config/config.yaml
     snakemake --cores 2 --configfile config/reduced.yaml     another scale
     snakemake --cores 2 slurries                             one stage and what it needs; the targets are in this file
-    snakemake --cores 2 yardsticks                           what the predictions are worth, on the same results
+    snakemake --cores 2 evaluation                           what the predictions are worth, on the same results
     snakemake --cores 2 convergence                          whether the time step is small enough
     snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
 
@@ -24,7 +24,7 @@ include: "workflow/rules/dataset.smk"
 include: "workflow/rules/surrogate.smk"
 include: "workflow/rules/hybrid.smk"
 include: "workflow/rules/analysis.smk"
-include: "workflow/rules/yardsticks.smk"
+include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/convergence.smk"
 include: "workflow/rules/size.smk"
 include: "workflow/rules/report.smk"
@@ -41,7 +41,7 @@ localrules:
     microstructures,
     tables,
     noise,
-    yardsticks,
+    evaluation,
     convergence,
     size,
     generate_inputs,
@@ -78,7 +78,7 @@ localrules:
     plot_structure,
     plot_front,
     plot_relaxation,
-    write_yardsticks,
+    write_evaluation,
     compare_timesteps,
     plot_timesteps,
     compare_sizes,
@@ -123,9 +123,9 @@ rule noise:
         rules.measure_noise.output.table,
 
 
-rule yardsticks:
+rule evaluation:
     input:
-        rules.write_yardsticks.output.page,
+        rules.write_evaluation.output.page,
 
 
 rule convergence:

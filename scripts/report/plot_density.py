@@ -14,8 +14,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
-from slurrycast.report.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
 from slurrycast.report import study
+from slurrycast.report.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart

@@ -18,8 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from slurrycast.data.tables import read_table
-from slurrycast.report.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
 from slurrycast.report import study
+from slurrycast.report.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 

@@ -47,7 +47,7 @@ BAD_VALUES = {
             {},
             (
                 "plot: unknown key: must be one of run, slurries, formulation, force_field, dem, learning, "
-                "surrogate, relaxation, analysis, yardsticks, convergence, report (do you mean report?)"
+                "surrogate, relaxation, analysis, evaluation, convergence, report (do you mean report?)"
             ),
         ),
         (
@@ -237,10 +237,10 @@ BAD_VALUES = {
             ),
         ),
         (
-            "yardsticks.replicated",
+            "evaluation.replicated",
             [2],
             (
-                "yardsticks.replicated[0] = 2: must be text of at most 50 letters, digits and '_' (put it in quotes "
+                "evaluation.replicated[0] = 2: must be text of at most 50 letters, digits and '_' (put it in quotes "
                 "to make it text)"
             ),
         ),
@@ -372,12 +372,12 @@ BAD_VALUES = {
             {"affine_f99": 100},
             (
                 f'relaxation.steps_of: "affine_f99": must be the name of a surrogate, {SURROGATES}, or a label of this '
-                f"run, {NAMES}, {', '.join(load('config')['yardsticks']['surrogates'])}"
+                f"run, {NAMES}, {', '.join(load('config')['evaluation']['surrogates'])}"
             ),
         ),
         ("analysis.rdf_bins", 0, "analysis.rdf_bins = 0: must be a whole number at least 1 and at most 1000000"),
-        ("yardsticks.replicas", 1, "yardsticks.replicas = 1: must be a whole number at least 2 and at most 1000"),
-        ("yardsticks.rdf_bar", 0, "yardsticks.rdf_bar = 0: must be a number above 0 and at most 1000"),
+        ("evaluation.replicas", 1, "evaluation.replicas = 1: must be a whole number at least 2 and at most 1000"),
+        ("evaluation.rdf_bar", 0, "evaluation.rdf_bar = 0: must be a number above 0 and at most 1000"),
     ],
     "particles, fractions and boxes that cannot be": [
         (
@@ -636,16 +636,16 @@ BAD_VALUES = {
             ["vgg16", "vgg16"],
             'surrogate.names = ["vgg16", "vgg16"]: must be a list of labels of surrogates, each once',
         ),
-        ("yardsticks.surrogates", ["affine"], 'yardsticks.surrogates: "affine": must not be in surrogate.names too'),
+        ("evaluation.surrogates", ["affine"], 'evaluation.surrogates: "affine": must not be in surrogate.names too'),
         (
-            "yardsticks.surrogates",
+            "evaluation.surrogates",
             ["vgg19"],
-            f"yardsticks.surrogates: 'vgg19' is not known, allowed: {SURROGATES}",
+            f"evaluation.surrogates: 'vgg19' is not known, allowed: {SURROGATES}",
         ),
         (
-            "yardsticks.replicated",
+            "evaluation.replicated",
             [],
-            "yardsticks.replicated = []: must be a list of ids of slurries of role validation or test, each once",
+            "evaluation.replicated = []: must be a list of ids of slurries of role validation or test, each once",
         ),
         (
             "report.pictures",
@@ -805,14 +805,14 @@ BAD_VALUES = {
             "analysis.rdf_cutoff_um = 0.007: must be a number at least 0.1 and at most 1000",
         ),
         (
-            "yardsticks.twin_displacement_um",
+            "evaluation.twin_displacement_um",
             0.001,
-            "yardsticks.twin_displacement_um = 0.001: must be a number at least 1e-08 and at most 0.0001",
+            "evaluation.twin_displacement_um = 0.001: must be a number at least 1e-08 and at most 0.0001",
         ),
         (
-            "yardsticks.twin_displacement_um",
+            "evaluation.twin_displacement_um",
             1e-09,
-            "yardsticks.twin_displacement_um = 1e-09: must be a number at least 1e-08 and at most 0.0001",
+            "evaluation.twin_displacement_um = 1e-09: must be a number at least 1e-08 and at most 0.0001",
         ),
         (
             "convergence.timesteps_us",
@@ -928,7 +928,7 @@ BAD_TABLES = [
     ),
     (
         HEADER + "6_r1\ttrain\t1\t1\t1\n6\ttest\t1\t1\t2\n",
-        "yardsticks.replicated: its run 6_r1 is named like a slurry of the table: rename that slurry",
+        "evaluation.replicated: its run 6_r1 is named like a slurry of the table: rename that slurry",
     ),
     (
         HEADER + f"T1\ttrain\t1\t1\t{'9' * 5000}\n",
@@ -1068,7 +1068,7 @@ TEXTS = list(texts(configuration.schema("config")))
 
 
 def test_all_texts_are_found():
-    assert {*ANY_TEXT, "run.name", "formulation.phases.<name>", "surrogate.names[]", "yardsticks.replicated[]"} < set(
+    assert {*ANY_TEXT, "run.name", "formulation.phases.<name>", "surrogate.names[]", "evaluation.replicated[]"} < set(
         TEXTS
     )
 

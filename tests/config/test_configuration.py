@@ -221,7 +221,7 @@ def test_a_model_is_of_one_keras_surrogate(config, names):
     Path("model.keras").touch()
     config["surrogate"] |= {"names": names, "model": "model.keras", "packing_fraction": 0.66}
     config["report"]["pictures"] = []
-    config["yardsticks"]["surrogates"] = []
+    config["evaluation"]["surrogates"] = []
     (line,) = check(config)
     assert line.endswith("must hold one surrogate with a Keras model, the one that surrogate.model is of")
 
@@ -230,7 +230,7 @@ def test_a_model_without_its_box_needs_the_packing_fraction(config):
     Path("model.keras").touch()
     config["surrogate"] |= {"names": ["affine", "vgg16_box"], "model": "model.keras"}
     config["report"]["pictures"] = []
-    config["yardsticks"]["surrogates"] = []
+    config["evaluation"]["surrogates"] = []
     (line,) = check(config)
     assert line.startswith("surrogate.packing_fraction = null: must be a number for vgg16_box with surrogate.model")
     config["surrogate"]["packing_fraction"] = 0.66

@@ -25,7 +25,7 @@ def rows(text: str) -> dict[str, list[str]]:
 
 
 def summary(folder: Path) -> dict[str, list[str]]:
-    """The results table: means over the test slurries of a run with yardsticks."""
+    """The results table: means over the test slurries of a run with the evaluation."""
     roles = read_equilibrium(folder / "tables" / "equilibrium.csv").set_index("slurry").role
     tables = {name: read_table(folder / "tables" / f"{name}.csv") for name in ("skill", "structure_errors", "front")}
     tables = {name: table[table.slurry.map(roles) == "test"] for name, table in tables.items()}
@@ -87,7 +87,7 @@ def one_line(path: Path) -> str:
 
 
 def test_time_step(root, reference):
-    text = one_line(root / "docs" / "yardsticks.md")
+    text = one_line(root / "docs" / "evaluation.md")
     summary = pd.read_csv(reference / "timestep" / "timestep_summary.csv").set_index("timestep_us")
     coarse, fine = summary.loc[2e-3], summary.iloc[0]
     assert f"{coarse.density_difference:+.2%} ± {coarse.standard_error:.2%} from that with 1e-4 µs" in text
@@ -115,7 +115,7 @@ def noise_lines(folder: Path) -> list[str]:
 
 
 def test_noise_and_cost(root, reference):
-    text = one_line(root / "docs" / "yardsticks.md")
+    text = one_line(root / "docs" / "evaluation.md")
     for line in noise_lines(reference / "reduced"):
         assert line in text
     scaling = read_table(reference / "reduced" / "tables" / "cost_scaling.csv").query("clock == 'cpu_s'")
@@ -140,7 +140,7 @@ def study_volume_error() -> float:
 
 
 def test_predicted_volumes(root, reference):
-    text = one_line(root / "docs" / "yardsticks.md")
+    text = one_line(root / "docs" / "evaluation.md")
     errors = read_table(reference / "reduced" / "tables" / "structure_errors.csv")
     density = errors[(errors.stage == "predicted") & (errors.quantity == "density_g_cm3")]
     volume_error = (density.dem_value / density.value - 1).groupby([density.surrogate, density.slurry]).first()
@@ -154,7 +154,7 @@ def test_predicted_volumes(root, reference):
 
 
 def test_sizes(root, reference):
-    text = one_line(root / "docs" / "yardsticks.md")
+    text = one_line(root / "docs" / "evaluation.md")
     clocks, errors = (
         [pd.read_csv(reference / run / f"size_{table}.csv") for run in ("size", "size_clock")]
         for table in ("clock", "errors")
@@ -182,7 +182,7 @@ def test_sizes(root, reference):
 
 
 def test_ablation(root, reference):
-    text = (root / "docs" / "yardsticks.md").read_text(encoding="utf-8")
+    text = (root / "docs" / "evaluation.md").read_text(encoding="utf-8")
     table = pd.read_csv(reference / "ablation" / "ablation.csv").set_index("surrogate")
     affine = table.loc["affine"]
     networks = table.drop(index="affine")

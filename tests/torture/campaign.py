@@ -35,7 +35,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--kills", default=26, type=int, help="how many processes are killed")
     parser.add_argument("--files", type=int, help="how many files are damaged; all kinds in both ways if not given")
     parser.add_argument("--no-folders", action="store_true", help="without full disks and the like")
-    parser.add_argument("--no-yardsticks", action="store_true", help="without the files of the yardsticks")
+    parser.add_argument("--no-evaluation", action="store_true", help="without the files of the evaluation")
     parser.add_argument("--minutes", default=20.0, type=float, help="nothing is injected any more after this time")
     parser.add_argument("--target", default="all", help="what Snakemake is asked for")
     parser.add_argument("--overlay", type=Path, help="configuration file that is laid over config/tiny.yaml")
@@ -51,11 +51,11 @@ def campaign(args: argparse.Namespace, folder: Path) -> Iterator[Injection]:
     typical_s = kills.undisturbed(project, "--notemp")
     shutil.copytree(project.results, reference, ignore=shutil.ignore_patterns("dump.lammpstrj", "work"))
     jobs = project.jobs(project.target)
-    if args.no_yardsticks:
+    if args.no_evaluation:
         readers = project.jobs(project.target, EARLY_DEM)
     else:
-        readers = project.jobs(project.target, "yardsticks")
-        project.run("yardsticks", "--notemp")
+        readers = project.jobs(project.target, "evaluation")
+        project.run("evaluation", "--notemp")
     yield from corruption.refused(project, readers, args.seed, limit_s, args.files)
     if args.files is None:
         yield from corruption.redone(project, reference, jobs, args.seed, limit_s)

@@ -28,7 +28,7 @@ REFERENCE = ROOT / "results" / "reference" / "torture" / "campaign.csv"
 STEPS = [0, 50, 100, 150]
 SHORT = {  # surrogates that a short training is enough for
     "surrogate": {"names": ["affine", "vgg16_box"], "vgg16_box": {"epochs": 1, "batch_size": 32}},
-    "yardsticks": {"surrogates": ["early_dem_x2"]},
+    "evaluation": {"surrogates": ["early_dem_x2"]},
 }
 SHORT_TABLE = "id\trole\tmass_units\tthickness_ratio\tseed\nT1\ttrain\t1\t1.0\t1101\n1\ttest\t1\t1.0\t2101\n"
 
@@ -159,7 +159,7 @@ def test_short_campaign(tmp_path):
     (tmp_path / "short.yaml").write_text(yaml.safe_dump({"slurries": str(tmp_path / "slurries.tsv")} | SHORT))
     table = tmp_path / "table.csv"
     command = [sys.executable, Path(campaign.__file__), "--overlay", tmp_path / "short.yaml", "--target", "tables"]
-    command += ["--kills", "3", "--seed", "68", "--files", "12", "--no-yardsticks", "--no-folders", "--table", table]
+    command += ["--kills", "3", "--seed", "68", "--files", "12", "--no-evaluation", "--no-folders", "--table", table]
     run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert run.returncode == 0, run.stdout
     kinds = Counter(row["kind"] for row in csv.DictReader(table.open()))

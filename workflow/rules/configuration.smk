@@ -50,7 +50,7 @@ RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # all that the DEM may be asked for
 
 RESULTS = f"results/{config['run']['name']}"
 SURROGATES = config["surrogate"]["names"]  # of the main job
-FURTHER = config["yardsticks"]["surrogates"]
+FURTHER = config["evaluation"]["surrogates"]
 if not TRAINING_NEEDED:  # what would need the training slurries is left out
     SURROGATES, FURTHER = (
         [label for label in labels if configuration.without_training(config, label)] for labels in (SURROGATES, FURTHER)
@@ -64,7 +64,7 @@ BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
 FRAME_STEPS = steps_per_frame(config["dem"])
-RELAXATION_STEPS = sorted(config["yardsticks"]["relaxation_steps"])
+RELAXATION_STEPS = sorted(config["evaluation"]["relaxation_steps"])
 
 
 def with_role(*roles):
@@ -267,7 +267,7 @@ def relaxed_for_steps(path):
     The relaxation for as many steps as the configuration gives the surrogate is that of the main job.
     """
     if not RELAXATION_STEPS:
-        raise WorkflowError("yardsticks.relaxation_steps = []: must be at least one number for this target")
+        raise WorkflowError("evaluation.relaxation_steps = []: must be at least one number for this target")
     if not with_role("validation"):
         raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
     found = []
@@ -290,7 +290,7 @@ def replicated():
         raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
     if not with_role("test"):
         raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
-    return of_table("yardsticks.replicated", config["yardsticks"]["replicated"], HELD_OUT)
+    return of_table("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
 
 
 def calibrated_on():

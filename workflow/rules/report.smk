@@ -54,7 +54,7 @@ rule draw_rules:
                 "surrogate",
                 "hybrid",
                 "analysis",
-                "yardsticks",
+                "evaluation",
                 "convergence",
                 "size",
                 "report",

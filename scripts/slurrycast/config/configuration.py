@@ -408,9 +408,9 @@ def _roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
 
 
 def _labels(config: Mapping, _) -> Iterator[str]:
-    names, further = config["surrogate"]["names"], config["yardsticks"]["surrogates"]
+    names, further = config["surrogate"]["names"], config["evaluation"]["surrogates"]
     target = config["learning"]["target_frame"]
-    for key, labels in (("surrogate.names", names), ("yardsticks.surrogates", further)):
+    for key, labels in (("surrogate.names", names), ("evaluation.surrogates", further)):
         for text in labels:
             try:
                 label = surrogates.parse(text)
@@ -433,14 +433,14 @@ def _labels(config: Mapping, _) -> Iterator[str]:
                 yield f"{key}: {_shown(text)} starts at frame {last}: must be one of dem.restart_frames"
     for text in further:
         if text in names:
-            yield f"yardsticks.surrogates: {_shown(text)}: must not be in surrogate.names too"
+            yield f"evaluation.surrogates: {_shown(text)}: must not be in surrogate.names too"
     for text in config["report"]["pictures"]:
         if text not in names:
             yield f"report.pictures: {_shown(text)}: must be one of surrogate.names, {', '.join(names)}"
 
 
 def _neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
-    labels = [*config["surrogate"]["names"], *config["yardsticks"]["surrogates"]]
+    labels = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
     cutoff_um = config["surrogate"]["neighbours"]["cutoff_um"]
     if not any(label.partition("_")[0] == "neighbours" for label in labels) or not slurries:
         return
@@ -497,7 +497,7 @@ def _model_of_this_run(config: Mapping, _) -> Iterator[str]:
 def _derived_ids(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     ids = {slurry.id for slurry in slurries}
     for key, runs in (
-        ("yardsticks.replicated", replicas(config, slurries)),
+        ("evaluation.replicated", replicas(config, slurries)),
         ("convergence.slurry", timestep_runs(config, slurries)),
     ):
         for run in runs:
@@ -530,7 +530,7 @@ def _cooling(config: Mapping, _) -> Iterator[str]:
 
 
 def _steps_of(config: Mapping, _) -> Iterator[str]:
-    labels = [*config["surrogate"]["names"], *config["yardsticks"]["surrogates"]]
+    labels = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
     for text in config["relaxation"]["steps_of"]:
         if text not in labels and text not in surrogates.NAMES:
             yield (
@@ -568,21 +568,21 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
     (_roles, "slurries surrogate.model"),
     (
         _labels,
-        "surrogate.names yardsticks.surrogates report.pictures learning.input_frames learning.target_frame "
+        "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame "
         "dem.restart_frames",
     ),
     (
         _neighbours_cutoff,
-        "surrogate.names yardsticks.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
+        "surrogate.names evaluation.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
         "formulation.expected_density_g_cm3",
     ),
     (_waypoints, "surrogate.neighbours"),
     (_model, "surrogate.names surrogate.model surrogate.packing_fraction"),
     (_model_of_this_run, "run surrogate.model"),
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),
-    (_derived_ids, "slurries yardsticks convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
+    (_derived_ids, "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps"),
     (_cooling, "relaxation.start_temperature_k dem.temperature_k"),
-    (_steps_of, "relaxation.steps_of surrogate.names yardsticks.surrogates"),
+    (_steps_of, "relaxation.steps_of surrogate.names evaluation.surrogates"),
     (_rdf_pair, "formulation.phases analysis.rdf_pair"),
 ]
 
@@ -597,8 +597,8 @@ def replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
             slurry, id=f"{slurry.id}_r{k}", role="replica", seed=recipe.derived_seed(slurry.seed, f"replica {k}")
         )
         for slurry in slurries
-        if slurry.id in config["yardsticks"]["replicated"]
-        for k in range(1, config["yardsticks"]["replicas"] + 1)
+        if slurry.id in config["evaluation"]["replicated"]
+        for k in range(1, config["evaluation"]["replicas"] + 1)
     ]
 
 
@@ -754,7 +754,7 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     for check_, keys in _CHECKS:
         if usable(keys):
             lines += check_(config, slurries)
-    if usable("run formulation force_field dem yardsticks convergence"):
+    if usable("run formulation force_field dem evaluation convergence"):
         runs = [*slurries, *replicas(config, slurries), *timestep_runs(config, slurries)]
         lines += changed_physics(config, runs, Path("results") / config["run"]["name"])
     return slurries, [_printable(line) for line in lines]

@@ -17,6 +17,7 @@ import pandas as pd
 from slurrycast.analysis.coverage import FRACTION_PREFIX
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.evaluation.verdicts import JUDGED_WORDS, TIE_RULE, judged, judged_list
+from slurrycast.report import study
 from slurrycast.report.figures import surrogate_family
 from slurrycast.report.network_table import Network
 from slurrycast.report.page import (
@@ -37,7 +38,6 @@ from slurrycast.report.page import (
     pair_name,
     span,
 )
-from slurrycast.report import study
 
 STUDY_GROUP = "Study (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.

@@ -1,4 +1,4 @@
-"""The page of the yardsticks from small tables: verdicts in every direction, and a file that loads nothing."""
+"""The page of the evaluation from small tables: verdicts in every direction, and a file that loads nothing."""
 
 import json
 import re
@@ -11,14 +11,14 @@ import pandas as pd
 import pytest
 from matplotlib.image import imsave
 
-import write_yardsticks
+import write_evaluation
 from slurrycast.evaluation.verdicts import deviations, quantity_name
-from slurrycast.report.figures import main_labels
-from slurrycast.report.yardstick_report import (
-    Yardsticks,
+from slurrycast.report.evaluation_report import (
+    Evaluation,
     bar_sentences,
     better_for_less_sentences,
     equal_cost_sentences,
+    evaluation_html,
     heading,
     payback_sentences,
     plain_table,
@@ -27,8 +27,8 @@ from slurrycast.report.yardstick_report import (
     skill_sentences,
     tie_sentences,
     uncertainty_sentences,
-    yardsticks_html,
 )
+from slurrycast.report.figures import main_labels
 
 TEST, VALIDATION = ["1", "2", "3", "6"], ["V1"]
 ROLES = dict.fromkeys(TEST, "test") | dict.fromkeys(VALIDATION, "validation")
@@ -83,7 +83,7 @@ def equal_cost_table(ratio: float, notes: dict[str, str] | None = None) -> pd.Da
 
 
 @pytest.fixture
-def yardsticks(tmp_path) -> Yardsticks:
+def evaluation(tmp_path) -> Evaluation:
     """A run in which everything but persistence and affine_f02 is about as good."""
     in_sd = {"persistence": 4.0, "affine": 1.0, "net": 0.9, "affine_f02": 1.5, "early_dem_x2": 0.5}
     noise = [
@@ -104,7 +104,7 @@ def yardsticks(tmp_path) -> Yardsticks:
     for stem in ("skill", "structure", "front", "uncertainty"):
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
-    return Yardsticks(
+    return Evaluation(
         run="unit",
         roles=ROLES | {"T1": "train"},
         networks=["net"],
@@ -147,15 +147,15 @@ def yardsticks(tmp_path) -> Yardsticks:
         (-0.3, "it is worse than the affine map"),
     ],
 )
-def test_skill_over_affine(yardsticks, skill, words):
-    (sentence,) = skill_sentences(replace(yardsticks, skill=skill_table({"affine": 0.0, "net": skill})))
+def test_skill_over_affine(evaluation, skill, words):
+    (sentence,) = skill_sentences(replace(evaluation, skill=skill_table({"affine": 0.0, "net": skill})))
     assert words in sentence
     assert f"mean skill of {skill:.2f} over the test slurries" in sentence
 
 
-def test_without_a_floor_there_is_no_skill(yardsticks):
+def test_without_a_floor_there_is_no_skill(evaluation):
     table = skill_table({"net": 0.3}).assign(skill=np.nan)
-    assert skill_sentences(replace(yardsticks, skill=table)) == ["net: no test slurry has a skill."]
+    assert skill_sentences(replace(evaluation, skill=table)) == ["net: no test slurry has a skill."]
 
 
 @pytest.mark.parametrize(
@@ -166,14 +166,14 @@ def test_without_a_floor_there_is_no_skill(yardsticks):
         (2.0, "worse in coordinates, density and RDF"),
     ],
 )
-def test_early_dem_at_equal_cost(yardsticks, ratio, words):
-    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(ratio)))
+def test_early_dem_at_equal_cost(evaluation, ratio, words):
+    (sentence,) = equal_cost_sentences(replace(evaluation, equal_cost=equal_cost_table(ratio)))
     assert f"at equal cost, 20.0% of the full DEM, on 4 of 4 test slurries: {words}" in sentence
 
 
-def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(yardsticks):
+def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(evaluation):
     notes = dict.fromkeys(TEST[:3], "cheaper than any early_dem") | {"6": "dearer than any early_dem"}
-    cheaper, dearer = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(2.0, notes)))
+    cheaper, dearer = equal_cost_sentences(replace(evaluation, equal_cost=equal_cost_table(2.0, notes)))
     assert cheaper.startswith(
         "net is cheaper than any early_dem on 3 of 4 test slurries, 20.0% of the full DEM against 40.0%; beside the "
         "nearest: worse in coordinates, density and RDF"
@@ -184,13 +184,13 @@ def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(yardsticks):
     )
 
 
-def with_rival(yardsticks, cost: float, gain_um2: list[float]) -> Yardsticks:
+def with_rival(evaluation, cost: float, gain_um2: list[float]) -> Evaluation:
     """The same with one without a network of such a cost, and an MSE that much below that of `net`, by slurry."""
-    front = yardsticks.front[yardsticks.front.surrogate == "net"]
+    front = evaluation.front[evaluation.front.surrogate == "net"]
     front = front.assign(surrogate="rival", cost_share_of_full_dem=cost)
-    own = yardsticks.skill[yardsticks.skill.surrogate == "net"].set_index("slurry").loc[TEST].reset_index()
+    own = evaluation.skill[evaluation.skill.surrogate == "net"].set_index("slurry").loc[TEST].reset_index()
     skill = own.assign(surrogate="rival", mse_um2=own.mse_um2 - gain_um2)
-    return replace(yardsticks, front=pd.concat([yardsticks.front, front]), skill=pd.concat([yardsticks.skill, skill]))
+    return replace(evaluation, front=pd.concat([evaluation.front, front]), skill=pd.concat([evaluation.skill, skill]))
 
 
 @pytest.mark.parametrize(
@@ -203,9 +203,9 @@ def with_rival(yardsticks, cost: float, gain_um2: list[float]) -> Yardsticks:
         (0.29, [0.01, 0.02, np.nan, np.nan], False),  # too few slurries to judge
     ],
 )
-def test_what_does_better_for_less_is_named(yardsticks, cost, gain_um2, better):
-    yardsticks = with_rival(replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2})), cost, gain_um2)
-    (sentence,) = better_for_less_sentences(yardsticks)
+def test_what_does_better_for_less_is_named(evaluation, cost, gain_um2, better):
+    evaluation = with_rival(replace(evaluation, skill=skill_table({"affine": 0.0, "net": 0.2})), cost, gain_um2)
+    (sentence,) = better_for_less_sentences(evaluation)
     if better:
         assert sentence == "Better than net (0.081 µm² at 30.0%), and for less: rival (0.066 µm² at 29.0%)."
     else:
@@ -214,37 +214,37 @@ def test_what_does_better_for_less_is_named(yardsticks, cost, gain_um2, better):
         )
 
 
-def test_a_network_is_no_rival_of_another(yardsticks):
-    both = replace(with_rival(yardsticks, 0.29, [0.01, 0.02, 0.01, 0.02]), networks=["net", "rival"])
+def test_a_network_is_no_rival_of_another(evaluation):
+    both = replace(with_rival(evaluation, 0.29, [0.01, 0.02, 0.01, 0.02]), networks=["net", "rival"])
     one, other = better_for_less_sentences(both)
     assert one.startswith("Nothing") and "than net (" in one
     assert other.startswith("Nothing") and "than rival (" in other
 
 
-def test_rivals_are_compared_on_the_slurries_that_both_have(yardsticks):
+def test_rivals_are_compared_on_the_slurries_that_both_have(evaluation):
     """One that is only there for a slurry on which all are good is no better for that."""
-    yardsticks = replace(yardsticks, skill=skill_table({"affine": 0.0, "net": 0.2}))
-    easy = with_rival(yardsticks, 0.29, [0.05, np.nan, np.nan, np.nan])
+    evaluation = replace(evaluation, skill=skill_table({"affine": 0.0, "net": 0.2}))
+    easy = with_rival(evaluation, 0.29, [0.05, np.nan, np.nan, np.nan])
     assert easy.skill[easy.skill.surrogate == "rival"].mse_um2.mean() < 0.05
     assert better_for_less_sentences(easy)[0].startswith("Nothing")
 
 
 @pytest.mark.parametrize("label", ["early_dem_x2", "driven_dem"])
-def test_best_of_those_that_do_not_go_on_with_the_dem_leaves_out_all_that_do(yardsticks, label):
+def test_best_of_those_that_do_not_go_on_with_the_dem_leaves_out_all_that_do(evaluation, label):
     """It has the lowest density error of all, and is not the best of the others."""
     table = structure_table({"affine": 1.0, "net": 0.9, label: 0.1})
     (
         one,
         *_,
-    ) = bar_sentences(replace(yardsticks, structure_errors=table))
+    ) = bar_sentences(replace(evaluation, structure_errors=table))
     assert one.startswith(f"{label} has the lowest mean density error") and "of all surrogates" in one
-    others = [said for said in bar_sentences(replace(yardsticks, structure_errors=table)) if "do not go on" in said]
+    others = [said for said in bar_sentences(replace(evaluation, structure_errors=table)) if "do not go on" in said]
     assert [said.split()[0] for said in others] == ["net"]
 
 
-def test_without_any_early_dem_nothing_is_compared(yardsticks):
+def test_without_any_early_dem_nothing_is_compared(evaluation):
     notes = dict.fromkeys(TEST, "no early_dem of this slurry")
-    (sentence,) = equal_cost_sentences(replace(yardsticks, equal_cost=equal_cost_table(1.0, notes)))
+    (sentence,) = equal_cost_sentences(replace(evaluation, equal_cost=equal_cost_table(1.0, notes)))
     assert sentence == "net cannot be compared with early_dem on any test slurry: no early_dem of this slurry."
 
 
@@ -259,55 +259,55 @@ ALL_GROUPS = "density, RDF, contacts and mean overlap"
         (2.5, 0.5, f"After relaxation net adds nothing to affine: worse in {ALL_GROUPS}. ", "none of them"),
     ],
 )
-def test_affine_and_relaxation_against_the_network(yardsticks, network, affine, words, within):
+def test_affine_and_relaxation_against_the_network(evaluation, network, affine, words, within):
     structure_errors = structure_table({"affine": affine, "net": network})
-    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=structure_errors))
+    (sentence,) = tie_sentences(replace(evaluation, structure_errors=structure_errors))
     assert sentence.startswith(words)
     assert f"density {network:.2g} and {affine:.2g}" in sentence
     assert sentence.endswith(f"Both are within the noise of the DEM, 2 of these, in: {within}.")
 
 
-def test_a_small_difference_on_every_slurry_is_no_tie_and_a_large_one_on_some_is(yardsticks):
+def test_a_small_difference_on_every_slurry_is_no_tie_and_a_large_one_on_some_is(evaluation):
     rows = structure_table({"affine": 1.0, "net": 1.1})
-    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    (sentence,) = tie_sentences(replace(evaluation, structure_errors=rows))
     assert f"worse in {ALL_GROUPS}" in sentence
     scattered = rows[(rows.surrogate == "net") & rows.slurry.isin(["1", "2"])].index
     rows.loc[scattered, "value"] = rows.dem_value + 0.1 * (rows.value - rows.dem_value)
-    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    (sentence,) = tie_sentences(replace(evaluation, structure_errors=rows))
     assert f"ties net in {ALL_GROUPS}" in sentence
 
 
-def test_what_is_worse_comes_first(yardsticks):
+def test_what_is_worse_comes_first(evaluation):
     rows = structure_table({"affine": 1.0, "net": 0.5})
     density = (rows.surrogate == "net") & (rows.quantity == "density_g_cm3")
     rows.loc[density, "value"] = rows.dem_value + 6 * (rows.value - rows.dem_value)
-    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows))
+    (sentence,) = tie_sentences(replace(evaluation, structure_errors=rows))
     assert "net against affine: worse in density; better in RDF, contacts and mean overlap." in sentence
 
 
-def test_a_tie_takes_three_slurries(yardsticks):
-    rows = yardsticks.structure_errors
-    (sentence,) = tie_sentences(replace(yardsticks, structure_errors=rows[rows.slurry.isin(["1", "2"])]))
+def test_a_tie_takes_three_slurries(evaluation):
+    rows = evaluation.structure_errors
+    (sentence,) = tie_sentences(replace(evaluation, structure_errors=rows[rows.slurry.isin(["1", "2"])]))
     assert sentence.startswith("After relaxation, net against affine: too few slurries to judge. ")
 
 
-def test_packing_and_the_largest_overlap_are_not_averaged(yardsticks):
-    rows = yardsticks.structure_errors
+def test_packing_and_the_largest_overlap_are_not_averaged(evaluation):
+    rows = evaluation.structure_errors
     extra = rows[rows.quantity == "overlap_mean"]
     others = [extra.assign(quantity=name, value=1e3) for name in ("overlap_max", "packing_nominal", "packing_union")]
-    assert tie_sentences(replace(yardsticks, structure_errors=pd.concat([rows, *others]))) == tie_sentences(yardsticks)
+    assert tie_sentences(replace(evaluation, structure_errors=pd.concat([rows, *others]))) == tie_sentences(evaluation)
 
 
-def test_without_replicas_nothing_is_in_their_units(yardsticks):
-    unknown = replace(yardsticks, structure_errors=yardsticks.structure_errors.assign(replica_sd=np.nan))
+def test_without_replicas_nothing_is_in_their_units(evaluation):
+    unknown = replace(evaluation, structure_errors=evaluation.structure_errors.assign(replica_sd=np.nan))
     (sentence,) = tie_sentences(unknown)
     assert sentence.endswith("How much that is against the scatter of replicas is not known.")
     assert "no test slurry to judge it on" in bar_sentences(unknown)[2]
-    assert "is not known" in yardsticks_html(unknown)
+    assert "is not known" in evaluation_html(unknown)
 
 
-def test_bars_are_met_by_the_best_of_the_validation_slurries(yardsticks):
-    sentences = bar_sentences(yardsticks)
+def test_bars_are_met_by_the_best_of_the_validation_slurries(evaluation):
+    sentences = bar_sentences(evaluation)
     assert sentences[0] == (
         "early_dem_x2 has the lowest mean density error after relaxation on the validation slurries, of all surrogates."
     )
@@ -319,21 +319,21 @@ def test_bars_are_met_by_the_best_of_the_validation_slurries(yardsticks):
     assert "met for all pairs on all 4 test slurries, at most 0.99" in sentences[5]
 
 
-def test_missed_bars_are_named(yardsticks):
+def test_missed_bars_are_named(evaluation):
     rows = structure_table({"net": 1.0})
     density = (rows.slurry == "6") & (rows.quantity == "density_g_cm3") & (rows.stage == "relaxed")
     rdf = (rows.slurry == "2") & (rows.quantity == "rdf_NiO-8YSZ") & (rows.stage == "relaxed")
     rows.loc[density, "value"] = 2.24 * 0.97
     rows.loc[rdf, "value"] = 0.05 * 3.21
-    sentences = bar_sentences(replace(yardsticks, structure_errors=rows))
+    sentences = bar_sentences(replace(evaluation, structure_errors=rows))
     assert len(sentences) == 3  # no early_dem: one choice
     assert "met on 3 of 4 test slurries, missed on slurry 6 (3.00%)" in sentences[1]
     assert "met in 7 of 8 cases (pair and test slurry), missed for NiO-8YSZ on slurry 2 (3.21)" in sentences[2]
 
 
-def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(yardsticks):
+def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(evaluation):
     roles = dict.fromkeys(TEST, "test")
-    assert bar_sentences(replace(yardsticks, roles=roles))[0].endswith(
+    assert bar_sentences(replace(evaluation, roles=roles))[0].endswith(
         "on the test slurries, of all surrogates; without validation slurries it was picked on those it is judged on."
     )
 
@@ -347,8 +347,8 @@ def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(yardstic
         ({"saved_s_per_slurry": np.nan}, "no test slurry says when its training is paid back"),
     ],
 )
-def test_payback(yardsticks, changes, words):
-    (sentence,) = payback_sentences(replace(yardsticks, cost_scaling=yardsticks.cost_scaling.assign(**changes)))
+def test_payback(evaluation, changes, words):
+    (sentence,) = payback_sentences(replace(evaluation, cost_scaling=evaluation.cost_scaling.assign(**changes)))
     assert sentence.startswith(f"With net, {words}")
     assert "to the 0.50 ± 0.04, of the full DEM to the 1.10 ± 0.02" in sentence
 
@@ -368,9 +368,9 @@ def uncertainty_table(coverage: dict[str, float], correlation: float = 0.4) -> p
 COVERAGE = {"V1": 0.9, "1": 0.85, "2": 0.95, "3": 0.849, "6": 0.972}
 
 
-def test_intervals_that_cover_what_they_should(yardsticks):
+def test_intervals_that_cover_what_they_should(evaluation):
     """Both ends count, the validation slurry does not."""
-    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE)))
+    (sentence,) = uncertainty_sentences(replace(evaluation, uncertainty=uncertainty_table(COVERAGE)))
     assert sentence == (
         "The 90% intervals of net, calibrated on the validation slurries, cover 85% to 95% of the coordinates on 2 of "
         "4 test slurries (all: 84.9% to 97.2%), and the rank correlation of a particle's spread and its error is 0.36 "
@@ -378,33 +378,33 @@ def test_intervals_that_cover_what_they_should(yardsticks):
     )
 
 
-def test_a_spread_that_is_the_same_everywhere_ranks_nothing(yardsticks):
-    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE, np.nan)))
+def test_a_spread_that_is_the_same_everywhere_ranks_nothing(evaluation):
+    (sentence,) = uncertainty_sentences(replace(evaluation, uncertainty=uncertainty_table(COVERAGE, np.nan)))
     assert sentence.endswith("and no test slurry has particles of different spread, so it ranks nothing.")
 
 
-def test_intervals_without_a_test_slurry(yardsticks):
+def test_intervals_without_a_test_slurry(evaluation):
     table = uncertainty_table({"V1": 0.9})
-    (sentence,) = uncertainty_sentences(replace(yardsticks, uncertainty=table))
+    (sentence,) = uncertainty_sentences(replace(evaluation, uncertainty=table))
     assert sentence.endswith("calibrated on the validation slurries, have no test slurry to be judged on.")
 
 
-def test_without_a_spread_there_is_no_uncertainty(yardsticks):
-    assert "Uncertainty" not in yardsticks_html(yardsticks)
-    assert "Uncertainty" in yardsticks_html(replace(yardsticks, uncertainty=uncertainty_table(COVERAGE)))
+def test_without_a_spread_there_is_no_uncertainty(evaluation):
+    assert "Uncertainty" not in evaluation_html(evaluation)
+    assert "Uncertainty" in evaluation_html(replace(evaluation, uncertainty=uncertainty_table(COVERAGE)))
 
 
-def test_without_exponents_nothing_is_said_to_grow(yardsticks):
-    unknown = yardsticks.cost_scaling.assign(hybrid_exponent=np.nan, most_particles=700)
-    (sentence,) = payback_sentences(replace(yardsticks, cost_scaling=unknown))
+def test_without_exponents_nothing_is_said_to_grow(evaluation):
+    unknown = evaluation.cost_scaling.assign(hybrid_exponent=np.nan, most_particles=700)
+    (sentence,) = payback_sentences(replace(evaluation, cost_scaling=unknown))
     assert sentence.endswith(
         "7 slurries of 600 to 700 particles are too few or too alike to say how cost grows with size."
     )
 
 
-def test_no_negative_zero(yardsticks):
-    skill = yardsticks.skill.assign(skill=-0.0001)
-    assert "-0.00" not in yardsticks_html(replace(yardsticks, skill=skill))
+def test_no_negative_zero(evaluation):
+    skill = evaluation.skill.assign(skill=-0.0001)
+    assert "-0.00" not in evaluation_html(replace(evaluation, skill=skill))
 
 
 def test_deviations():
@@ -426,9 +426,9 @@ def relaxation_table(within: dict[str, list[bool]]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*columns, "rdf_in_spread", "cpu_s", "within_band"])
 
 
-def test_steps_that_each_surrogate_needs(yardsticks):
+def test_steps_that_each_surrogate_needs(evaluation):
     within = {"persistence": [False, False], "affine": [True, True], "net": [False, True], "affine_f02": [True, True]}
-    relaxed = replace(yardsticks, relaxation=relaxation_table(within))
+    relaxed = replace(evaluation, relaxation=relaxation_table(within))
     assert relaxation_sentence(relaxed) == (
         "Steps of relaxation, of 500 and 3,500, after which the density is within 2 replica sd and the RDF within 2 "
         "replica spreads of the DEM, for validation slurry V1: 500 and 3,500 for affine and affine_f02; 3,500 for net; "
@@ -438,12 +438,12 @@ def test_steps_that_each_surrogate_needs(yardsticks):
     assert section.blocks[-1].rows[0] == ["persistence", "1.20%", "1.2", "1.2", "0.8", "0.8", "1", "7", "none"]
     assert section.blocks[-1].rows[2][-1] == "3,500"
     assert sum(width for _, width in section.blocks[-1].groups) == len(section.blocks[-1].columns)
-    assert section.title in yardsticks_html(relaxed)
+    assert section.title in evaluation_html(relaxed)
 
 
-def test_without_validation_slurries_the_section_is_left_out(yardsticks):
-    assert relaxation_section(yardsticks) is None
-    assert "Physics in the loop" not in yardsticks_html(yardsticks)
+def test_without_validation_slurries_the_section_is_left_out(evaluation):
+    assert relaxation_section(evaluation) is None
+    assert "Physics in the loop" not in evaluation_html(evaluation)
 
 
 def test_words():
@@ -473,26 +473,26 @@ class Addresses(HTMLParser):
         self.found += [value for name, value in attrs if name in ("src", "href", "srcset", "data")]
 
 
-def test_page_from_files(tmp_path, yardsticks, monkeypatch):
+def test_page_from_files(tmp_path, evaluation, monkeypatch):
     tables = {
-        name: getattr(yardsticks, name)
+        name: getattr(evaluation, name)
         for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
     }
-    roles = pd.Series(yardsticks.roles, name="role").rename_axis("slurry").reset_index()
+    roles = pd.Series(evaluation.roles, name="role").rename_axis("slurry").reset_index()
     tables["equilibrium"] = roles.assign(warning="")
     ablation = {"surrogate": ["affine", "net"], "target": [None, "absolute"], "validation_mse_um2": [0.1, 0.0987]}
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    words = ["write_yardsticks", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
-    words += ["--relaxed-for", json.dumps(yardsticks.relaxed_for)]
+    words = ["write_evaluation", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
+    words += ["--relaxed-for", json.dumps(evaluation.relaxed_for)]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
         words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
-    page = tmp_path / "yardsticks.html"
-    words += ["--figures", *map(str, yardsticks.figures.values()), "--page", str(page)]
+    page = tmp_path / "evaluation.html"
+    words += ["--figures", *map(str, evaluation.figures.values()), "--page", str(page)]
     monkeypatch.setattr(sys, "argv", words)
-    write_yardsticks.main()
+    write_evaluation.main()
     html = page.read_text(encoding="utf-8")
     addresses = Addresses()
     addresses.feed(html)

@@ -5,7 +5,7 @@ REQUIRED INPUTS:
     models/{surrogate}/history.csv, dataset/training.h5: for the ablation
     hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
     costs/, tables/equilibrium.csv, cost.csv, speedup.csv
-    config[yardsticks]
+    config[evaluation]
 
 OUTPUTS:
     twins/{slurry}.h5
@@ -14,10 +14,10 @@ OUTPUTS:
     tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
     ablation.csv, relaxation.csv, uncertainty.csv
     models/{surrogate}/calibration.json
-    figures/skill.png, structure.png, front.png, relaxation.png, uncertainty.png; yardsticks.html
+    figures/skill.png, structure.png, front.png, relaxation.png, uncertainty.png; evaluation.html
 """
 
-YARDSTICKS = list(LABELS)
+EVALUATED = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
 HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
 HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
@@ -55,7 +55,7 @@ rule run_twin:
     params:
         first_frame=max(INPUT_FRAMES),
         target_frame=TARGET_FRAME,
-        displacement_um=config["yardsticks"]["twin_displacement_um"],
+        displacement_um=config["evaluation"]["twin_displacement_um"],
         work=lambda wildcards: f"{RESULTS}/twins/{wildcards.slurry}_work",
         attempts=lambda wildcards: f"{RESULTS}/logs/run_twin/{wildcards.slurry}",
     shell:
@@ -112,7 +112,7 @@ rule measure_noise:
         table=report(
             f"{RESULTS}/tables/noise.csv",
             caption="../report/noise.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "noise of the DEM"},
         ),
         cost=f"{RESULTS}/costs/measure_noise.json",
@@ -134,14 +134,14 @@ rule compute_skill:
     input:
         script="scripts/evaluation/compute_skill.py",
         modules=modules("scripts/evaluation/compute_skill.py"),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=YARDSTICKS, slurry=HELD_OUT),
-        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(YARDSTICKS)),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=EVALUATED, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(EVALUATED)),
         noise=rules.measure_noise.output.table,
     output:
         table=report(
             f"{RESULTS}/tables/skill.csv",
             caption="../report/skill.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "skill"},
         ),
         cost=f"{RESULTS}/costs/compute_skill.json",
@@ -163,8 +163,8 @@ rule compare_structure:
     input:
         script="scripts/evaluation/compare_structure.py",
         modules=modules("scripts/evaluation/compare_structure.py"),
-        structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=HELD_OUT),
-        rdf=expand(rules.measure_structure.output.rdf, source=YARDSTICKS, slurry=HELD_OUT),
+        structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=HELD_OUT),
+        rdf=expand(rules.measure_structure.output.rdf, source=EVALUATED, slurry=HELD_OUT),
         dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
         dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=HELD_OUT),
         noise=rules.measure_noise.output.table,
@@ -173,7 +173,7 @@ rule compare_structure:
         table=report(
             f"{RESULTS}/tables/structure_errors.csv",
             caption="../report/structure_errors.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "structural errors"},
         ),
         cost=f"{RESULTS}/costs/compare_structure.json",
@@ -199,7 +199,7 @@ rule compute_front:
             *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
             *expand(
                 [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, RELAXATION_COST],
-                surrogate=YARDSTICKS,
+                surrogate=EVALUATED,
                 slurry=HELD_OUT,
             ),
         ],
@@ -210,7 +210,7 @@ rule compute_front:
         table=report(
             f"{RESULTS}/tables/front.csv",
             caption="../report/front.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "error against cost"},
         ),
     log:
@@ -220,7 +220,7 @@ rule compute_front:
     conda:
         "../../envs/analysis.yaml"
     params:
-        input_steps=input_steps(YARDSTICKS),
+        input_steps=input_steps(EVALUATED),
     shell:
         "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
         " --structure-errors {input.structure_errors:q} --input-steps {params.input_steps:q} --table {output.table:q}"
@@ -237,7 +237,7 @@ rule compare_at_equal_cost:
         table=report(
             f"{RESULTS}/tables/equal_cost.csv",
             caption="../report/equal_cost.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "early DEM at equal cost"},
         ),
     log:
@@ -269,11 +269,11 @@ rule fit_costs:
             rules.measure_packing.output.cost,
             *expand(
                 f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
-                surrogate=[text for text in YARDSTICKS if MODULES[text].MODEL_FILE == "model.keras"],
+                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.keras"],
             ),
             *expand(
                 f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
-                surrogate=[text for text in YARDSTICKS if MODULES[text].MODEL_FILE == "model.json"],
+                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.json"],
             ),
         ],
         equilibrium=rules.measure_equilibrium.output.table,
@@ -282,7 +282,7 @@ rule fit_costs:
         table=report(
             f"{RESULTS}/tables/cost_scaling.csv",
             caption="../report/cost_scaling.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "cost against size, and training"},
         ),
     log:
@@ -292,7 +292,7 @@ rule fit_costs:
     conda:
         "../../envs/analysis.yaml"
     params:
-        input_steps=input_steps(YARDSTICKS),
+        input_steps=input_steps(EVALUATED),
         learning=[
             text
             for text, module in MODULES.items()
@@ -314,7 +314,7 @@ rule compare_study_costs:
         table=report(
             f"{RESULTS}/tables/study_costs.csv",
             caption="../report/study_costs.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "cost as the study claims it"},
         ),
     log:
@@ -341,7 +341,7 @@ if HAS_ABLATION:
             table=report(
                 f"{RESULTS}/tables/ablation.csv",
                 caption="../report/ablation.rst",
-                category="Yardsticks",
+                category="Evaluation",
                 labels={"table": "ablation"},
             ),
             cost=f"{RESULTS}/costs/tabulate_ablation.json",
@@ -367,7 +367,7 @@ rule compare_relaxation:
         modules=modules("scripts/evaluation/compare_relaxation.py"),
         relaxed=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.relaxed),
         costs=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.cost),
-        structure=expand(rules.measure_structure.output.structure, source=YARDSTICKS, slurry=with_role("validation")),
+        structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=with_role("validation")),
         dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=with_role("validation")),
         dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=with_role("validation")),
         noise=rules.measure_noise.output.table,
@@ -376,7 +376,7 @@ rule compare_relaxation:
         table=report(
             f"{RESULTS}/tables/relaxation.csv",
             caption="../report/relaxation.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"table": "length of the relaxation"},
         ),
         cost=f"{RESULTS}/costs/compare_relaxation.json",
@@ -395,7 +395,7 @@ rule compare_relaxation:
     params:
         cutoff_um=config["analysis"]["rdf_cutoff_um"],
         bins=config["analysis"]["rdf_bins"],
-        rdf_bar=config["yardsticks"]["rdf_bar"],
+        rdf_bar=config["evaluation"]["rdf_bar"],
     shell:
         "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
         " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
@@ -444,7 +444,7 @@ if SPREADING:
             table=report(
                 f"{RESULTS}/tables/uncertainty.csv",
                 caption="../report/uncertainty.rst",
-                category="Yardsticks",
+                category="Evaluation",
                 labels={"table": "uncertainty"},
             ),
             cost=f"{RESULTS}/costs/measure_uncertainty.json",
@@ -475,7 +475,7 @@ if SPREADING:
             figure=report(
                 f"{RESULTS}/figures/uncertainty.png",
                 caption="../report/uncertainty_figure.rst",
-                category="Yardsticks",
+                category="Evaluation",
                 labels={"figure": "uncertainty"},
             ),
         log:
@@ -502,7 +502,7 @@ rule plot_skill:
         figure=report(
             f"{RESULTS}/figures/skill.png",
             caption="../report/skill_figure.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"figure": "skill"},
         ),
     log:
@@ -528,7 +528,7 @@ rule plot_front:
         figure=report(
             f"{RESULTS}/figures/front.png",
             caption="../report/front_figure.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"figure": "error against cost"},
         ),
     log:
@@ -553,7 +553,7 @@ rule plot_structure:
         figure=report(
             f"{RESULTS}/figures/structure.png",
             caption="../report/structure_figure.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"figure": "structural errors"},
         ),
     log:
@@ -579,7 +579,7 @@ rule plot_relaxation:
         figure=report(
             f"{RESULTS}/figures/relaxation.png",
             caption="../report/relaxation_figure.rst",
-            category="Yardsticks",
+            category="Evaluation",
             labels={"figure": "length of the relaxation"},
         ),
     log:
@@ -589,16 +589,16 @@ rule plot_relaxation:
     conda:
         "../../envs/analysis.yaml"
     params:
-        rdf_bar=config["yardsticks"]["rdf_bar"],
+        rdf_bar=config["evaluation"]["rdf_bar"],
     shell:
         "python {input.script:q} --relaxation {input.relaxation:q} --rdf-bar {params.rdf_bar} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
-rule write_yardsticks:
+rule write_evaluation:
     input:
-        script="scripts/evaluation/write_yardsticks.py",
-        modules=modules("scripts/evaluation/write_yardsticks.py"),
+        script="scripts/evaluation/write_evaluation.py",
+        modules=modules("scripts/evaluation/write_evaluation.py"),
         template="scripts/slurrycast/report/report.html.jinja",
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,
@@ -619,19 +619,19 @@ rule write_yardsticks:
             *([rules.plot_uncertainty.output.figure] if SPREADING else []),
         ],
     output:
-        page=report(f"{RESULTS}/yardsticks.html", caption="../report/yardsticks.rst", category="Report"),
+        page=report(f"{RESULTS}/evaluation.html", caption="../report/evaluation.rst", category="Report"),
     log:
-        f"{RESULTS}/logs/write_yardsticks.log",
+        f"{RESULTS}/logs/write_evaluation.log",
     benchmark:
-        f"{RESULTS}/benchmarks/write_yardsticks.tsv"
+        f"{RESULTS}/benchmarks/write_evaluation.tsv"
     conda:
         "../../envs/analysis.yaml"
     params:
         run=config["run"]["name"],
-        relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in YARDSTICKS}),
+        relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in EVALUATED}),
         networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
-        density_bar=config["yardsticks"]["density_bar"],
-        rdf_bar=config["yardsticks"]["rdf_bar"],
+        density_bar=config["evaluation"]["density_bar"],
+        rdf_bar=config["evaluation"]["rdf_bar"],
         optional=lambda wildcards, input: [
             word
             for name in ("ablation", "relaxation", "uncertainty")

@@ -1,8 +1,8 @@
-"""Write yardsticks.html: what the surrogates of a run are worth, in one file that opens without a network.
+"""Write evaluation.html: what the surrogates of a run are worth, in one file that opens without a network.
 
-In: the tables of the yardsticks, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
+In: the tables of the evaluation, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
 names: skill, structure, front, relaxation, uncertainty.
-Out: yardsticks.html with embedded images. Units are those of the tables' column names.
+Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 
 import argparse
@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.report.yardstick_report import Yardsticks, yardsticks_html
+from slurrycast.report.evaluation_report import Evaluation, evaluation_html
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.files import write_text
 
@@ -39,7 +39,7 @@ def parse_args() -> argparse.Namespace:
         "--uncertainty", type=input_file, help="in: tables/uncertainty.csv, where a surrogate has a spread"
     )
     parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
-    parser.add_argument("--page", type=Path, required=True, help="out: yardsticks.html")
+    parser.add_argument("--page", type=Path, required=True, help="out: evaluation.html")
     return parser.parse_args()
 
 
@@ -48,7 +48,7 @@ def main() -> None:
     args = parse_args()
     equilibrium = read_equilibrium(args.equilibrium)
     tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
-    yardsticks = Yardsticks(
+    evaluation = Evaluation(
         run=args.run,
         roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
         networks=args.networks,
@@ -61,7 +61,7 @@ def main() -> None:
         uncertainty=read_table(args.uncertainty) if args.uncertainty else None,
         figures={path.stem: path for path in args.figures},
     )
-    write_text(args.page, yardsticks_html(yardsticks))
+    write_text(args.page, evaluation_html(evaluation))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""The page of the yardsticks: what surrogates are worth against cheap alternatives, the DEM's noise and its limit.
+"""The page of the evaluation: what surrogates are worth against cheap alternatives, the DEM's noise and its limit.
 
-`Yardsticks` holds the tables of a run; every sentence is computed from them. Means run over the slurries of role
+`Evaluation` holds the tables of a run; every sentence is computed from them. Means run over the slurries of role
 `test`; those of role `validation`, on which choices are made, are shown beside them.
 """
 
@@ -49,7 +49,7 @@ WIDEST_LEVEL, COVERED_WELL = 0.9, (0.85, 0.95)  # a calibrated level, and the co
 
 
 @dataclass(frozen=True)
-class Yardsticks:
+class Evaluation:
     """Tables of a run as in results/<run>/tables, and what to judge them by."""
 
     run: str
@@ -117,12 +117,12 @@ def labels_of(table: pd.DataFrame) -> list[str]:
 # ---- verdicts
 
 
-def skill_sentences(yardsticks: Yardsticks) -> list[str]:
+def skill_sentences(evaluation: Evaluation) -> list[str]:
     """What each network adds to the affine map in skill."""
     sentences = []
-    for network in yardsticks.networks:
-        own = yardsticks.skill[yardsticks.skill.surrogate == network].set_index("slurry").skill
-        own = own.reindex(yardsticks.test).dropna()
+    for network in evaluation.networks:
+        own = evaluation.skill[evaluation.skill.surrogate == network].set_index("slurry").skill
+        own = own.reindex(evaluation.test).dropna()
         if own.empty:
             sentences.append(f"{network}: no test slurry has a skill.")
             continue
@@ -139,16 +139,16 @@ def skill_sentences(yardsticks: Yardsticks) -> list[str]:
 ERRORS_AT_EQUAL_COST = {"mse_um2": "coordinates", "density_error": "density", "rdf_error": "RDF"}
 
 
-def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
+def equal_cost_sentences(evaluation: Evaluation) -> list[str]:
     """What each network adds over the DEM hurried on: at equal cost, or beside the one whose cost is nearest."""
     sentences = []
-    for network in yardsticks.networks:
-        own = yardsticks.equal_cost
-        own = own[(own.surrogate == network) & own.slurry.isin(yardsticks.test)]
+    for network in evaluation.networks:
+        own = evaluation.equal_cost
+        own = own[(own.surrogate == network) & own.slurry.isin(evaluation.test)]
         known = own.dropna(subset=["early_dem_cost_share"])
         for note, rows in known.groupby(known.note.astype(object).fillna(""), sort=False):
             cost, theirs = rows.cost_share_of_full_dem.mean(), rows.early_dem_cost_share.mean()
-            on = f"on {len(rows)} of {len(yardsticks.test)} test slurries"
+            on = f"on {len(rows)} of {len(evaluation.test)} test slurries"
             if note:
                 opening = (
                     f"{network} is {note} {on}, {cost:.1%} of the full DEM against {theirs:.1%}; beside the nearest"
@@ -169,14 +169,14 @@ def equal_cost_sentences(yardsticks: Yardsticks) -> list[str]:
     return sentences
 
 
-def better_for_less_sentences(yardsticks: Yardsticks) -> list[str]:
+def better_for_less_sentences(evaluation: Evaluation) -> list[str]:
     """For each network, what has none, costs less and predicts coordinates better, on the slurries that both have."""
     keys, columns = ["surrogate", "slurry"], ["cost_share_of_full_dem", "mse_um2"]
-    points = yardsticks.front[[*keys, columns[0]]].merge(yardsticks.skill[[*keys, columns[1]]], on=keys)
-    points = points[points.slurry.isin(yardsticks.test)]
+    points = evaluation.front[[*keys, columns[0]]].merge(evaluation.skill[[*keys, columns[1]]], on=keys)
+    points = points[points.slurry.isin(evaluation.test)]
     by_label = {label: own.set_index("slurry")[columns] for label, own in points.groupby("surrogate", sort=False)}
     sentences = []
-    for network in yardsticks.networks:
+    for network in evaluation.networks:
         own = by_label.get(network)
         if own is None:
             continue
@@ -184,7 +184,7 @@ def better_for_less_sentences(yardsticks: Yardsticks) -> list[str]:
         for label, theirs in by_label.items():
             difference = (theirs - own).dropna()
             cheaper = difference.cost_share_of_full_dem.mean() < 0
-            if label not in yardsticks.networks and cheaper and judged(difference.mse_um2) == "better":
+            if label not in evaluation.networks and cheaper and judged(difference.mse_um2) == "better":
                 better[label] = theirs.cost_share_of_full_dem.mean()
         subject = _mse_and_cost(network, own)
         if better:
@@ -199,29 +199,29 @@ def _mse_and_cost(label: str, own: pd.DataFrame) -> str:
     return f"{label} ({own.mse_um2.mean():.3f} µm² at {own.cost_share_of_full_dem.mean():.1%})"
 
 
-def group_means(yardsticks: Yardsticks, surrogate: str, column: str) -> pd.DataFrame:
+def group_means(evaluation: Evaluation, surrogate: str, column: str) -> pd.DataFrame:
     """Mean of `column` of `relaxed` over each group of quantities: test slurries x groups."""
-    own = yardsticks.relaxed(surrogate)
+    own = evaluation.relaxed(surrogate)
     columns = {}
     for group, start in GROUPS.items():
         of_group = own[own.quantity.str.startswith(start)]
-        columns[group] = of_group.groupby("slurry")[column].mean().reindex(yardsticks.test)
+        columns[group] = of_group.groupby("slurry")[column].mean().reindex(evaluation.test)
     return pd.DataFrame(columns, dtype=float)
 
 
-def deviations_to_judge(yardsticks: Yardsticks, surrogate: str) -> pd.DataFrame:
+def deviations_to_judge(evaluation: Evaluation, surrogate: str) -> pd.DataFrame:
     """`group_means` of |value - that of the DEM|; the density's is a share of the DEM's, as wherever it is judged."""
-    density = yardsticks.density_errors(surrogate).reindex(yardsticks.test)
-    return group_means(yardsticks, surrogate, "deviation").assign(density=density)
+    density = evaluation.density_errors(surrogate).reindex(evaluation.test)
+    return group_means(evaluation, surrogate, "deviation").assign(density=density)
 
 
-def tie_sentences(yardsticks: Yardsticks) -> list[str]:
+def tie_sentences(evaluation: Evaluation) -> list[str]:
     """Whether affine and relaxation tie each network, and where both are within the noise of the DEM."""
-    reference = deviations_to_judge(yardsticks, AFFINE)
-    reference_in_sd = group_means(yardsticks, AFFINE, "in_sd").mean()
+    reference = deviations_to_judge(evaluation, AFFINE)
+    reference_in_sd = group_means(evaluation, AFFINE, "in_sd").mean()
     sentences = []
-    for network in yardsticks.networks:
-        differences = deviations_to_judge(yardsticks, network) - reference
+    for network in evaluation.networks:
+        differences = deviations_to_judge(evaluation, network) - reference
         groups = [group for group in GROUPS if differences[group].notna().any()]
         if not groups:
             sentences.append(f"{network} and affine have no relaxed structure in common to compare.")
@@ -236,7 +236,7 @@ def tie_sentences(yardsticks: Yardsticks) -> list[str]:
             opening = f"After relaxation {network} adds nothing to affine: {judged_list(verdicts)}"
         else:
             opening = f"After relaxation, {network} against affine: {judged_list(verdicts)}"
-        in_sd = pd.DataFrame({network: group_means(yardsticks, network, "in_sd").mean(), AFFINE: reference_in_sd})
+        in_sd = pd.DataFrame({network: group_means(evaluation, network, "in_sd").mean(), AFFINE: reference_in_sd})
         in_sd = in_sd.dropna()
         if in_sd.empty:
             sentences.append(f"{opening}. How much that is against the scatter of replicas is not known.")
@@ -251,10 +251,10 @@ def tie_sentences(yardsticks: Yardsticks) -> list[str]:
     return sentences
 
 
-def bar_sentences(yardsticks: Yardsticks) -> list[str]:
+def bar_sentences(evaluation: Evaluation) -> list[str]:
     """Whether the best surrogate, and the best one that does not go on with the DEM, keep to both bars."""
-    labels = labels_of(yardsticks.structure_errors)
-    chosen = [yardsticks.best(labels), yardsticks.best([name for name in labels if not _goes_on(name)])]
+    labels = labels_of(evaluation.structure_errors)
+    chosen = [evaluation.best(labels), evaluation.best([name for name in labels if not _goes_on(name)])]
     sentences = []
     for place, choice in enumerate(chosen):
         if choice is None or choice in chosen[:place]:
@@ -265,16 +265,16 @@ def bar_sentences(yardsticks: Yardsticks) -> list[str]:
         sentences.append(
             f"{best} has the lowest mean density error after relaxation on the {role} slurries, of {among}{picked}."
         )
-        density = yardsticks.density_errors(best).reindex(yardsticks.test).dropna()
+        density = evaluation.density_errors(best).reindex(evaluation.test).dropna()
         sentences.append(
-            f"Density error of {best}, at most {yardsticks.density_bar:.2%} wanted: "
-            f"{bar_words(density, yardsticks.density_bar, '.2%')}."
+            f"Density error of {best}, at most {evaluation.density_bar:.2%} wanted: "
+            f"{bar_words(density, evaluation.density_bar, '.2%')}."
         )
-        in_spreads = yardsticks.rdf_in_spreads(best).reindex(yardsticks.test)
+        in_spreads = evaluation.rdf_in_spreads(best).reindex(evaluation.test)
         in_spreads.columns = [pair_name(quantity.removeprefix("rdf_")) for quantity in in_spreads]
         sentences.append(
-            f"RDF difference of {best}, at most {yardsticks.rdf_bar:g} replica spreads wanted: "
-            f"{rdf_bar_words(in_spreads, yardsticks.rdf_bar)}."
+            f"RDF difference of {best}, at most {evaluation.rdf_bar:g} replica spreads wanted: "
+            f"{rdf_bar_words(in_spreads, evaluation.rdf_bar)}."
         )
     return sentences
 
@@ -325,20 +325,20 @@ def mean_and_worst(values: pd.Series, form: str, lowest_is_worst: bool = False) 
     return [f"{known.mean():{form}}", f"{known[worst]:{form}} (slurry {worst})"]
 
 
-def verdict_section(yardsticks: Yardsticks) -> Section:
-    """Sentences on the questions that the yardsticks are there for, and all surrogates against the bars."""
+def verdict_section(evaluation: Evaluation) -> Section:
+    """Sentences on the questions that the evaluation is there for, and all surrogates against the bars."""
     rows = []
-    for surrogate in labels_of(yardsticks.structure_errors):
-        density = yardsticks.density_errors(surrogate)
-        in_spreads = yardsticks.rdf_in_spreads(surrogate)
-        tested, validated = density.reindex(yardsticks.test), density.reindex(yardsticks.slurries("validation"))
+    for surrogate in labels_of(evaluation.structure_errors):
+        density = evaluation.density_errors(surrogate)
+        in_spreads = evaluation.rdf_in_spreads(surrogate)
+        tested, validated = density.reindex(evaluation.test), density.reindex(evaluation.slurries("validation"))
         # the widest of all pairs decides
-        widest = in_spreads.reindex(yardsticks.test).max(axis=1)
-        missed = [list(values.index[values > bar]) for values, bar in _with_bars(yardsticks, tested, widest)]
+        widest = in_spreads.reindex(evaluation.test).max(axis=1)
+        missed = [list(values.index[values > bar]) for values, bar in _with_bars(evaluation, tested, widest)]
         rows.append(
             [
                 surrogate,
-                f"{yardsticks.relaxed_for[surrogate]:,}",
+                f"{evaluation.relaxed_for[surrogate]:,}",
                 *mean_and_worst(tested, ".2%"),
                 ", ".join(missed[0]) or "none",
                 number(validated.mean(), ".2%"),
@@ -351,49 +351,49 @@ def verdict_section(yardsticks: Yardsticks) -> Section:
     groups = [("", 1), ("Relaxation", 1), ("Density error after relaxation", 4)]
     groups += [("Widest RDF difference (replica spreads)", 3)]
     caption = (
-        f"Every surrogate after relaxation against the bars: a density error of {yardsticks.density_bar:.2%}, and of "
-        f"the RDF {yardsticks.rdf_bar:g} replica spreads for the pair of phases that differs most. Means over the "
-        f"test {named(yardsticks.test)}. From tables/structure_errors.csv."
+        f"Every surrogate after relaxation against the bars: a density error of {evaluation.density_bar:.2%}, and of "
+        f"the RDF {evaluation.rdf_bar:g} replica spreads for the pair of phases that differs most. Means over the "
+        f"test {named(evaluation.test)}. From tables/structure_errors.csv."
     )
     judged_by = (
         f"{TIE_RULE} The scatter between replicas only gives the size of an effect: replica sd, and of an RDF the "
         "replica spread, the mean difference between two replicas."
     )
     return Section(
-        "What the yardsticks say",
+        "What the evaluation says",
         [
             Heading("What the network adds to the affine map, before relaxation"),
-            Points(skill_sentences(yardsticks)),
+            Points(skill_sentences(evaluation)),
             Heading("What it adds to the DEM itself, hurried on at equal cost"),
-            Points(equal_cost_sentences(yardsticks)),
+            Points(equal_cost_sentences(evaluation)),
             Heading("What does better for less"),
-            Points(better_for_less_sentences(yardsticks)),
+            Points(better_for_less_sentences(evaluation)),
             Heading("Whether affine and relaxation do as well"),
-            Points(tie_sentences(yardsticks)),
+            Points(tie_sentences(evaluation)),
             Heading("Whether the best surrogate keeps to the bars"),
-            Points(bar_sentences(yardsticks)),
+            Points(bar_sentences(evaluation)),
             Text(judged_by),
-            Table("Table Y1", caption, columns, rows, texts=(0, 4, 8), groups=groups),
+            Table("Table E1", caption, columns, rows, texts=(0, 4, 8), groups=groups),
         ],
     )
 
 
-def _with_bars(yardsticks: Yardsticks, density: pd.Series, rdf: pd.Series) -> list[tuple[pd.Series, float]]:
-    return [(density, yardsticks.density_bar), (rdf, yardsticks.rdf_bar)]
+def _with_bars(evaluation: Evaluation, density: pd.Series, rdf: pd.Series) -> list[tuple[pd.Series, float]]:
+    return [(density, evaluation.density_bar), (rdf, evaluation.rdf_bar)]
 
 
-def skill_section(yardsticks: Yardsticks) -> Section:
+def skill_section(evaluation: Evaluation) -> Section:
     """tables/skill.csv."""
     rows = []
-    for surrogate, own in yardsticks.skill.groupby("surrogate", sort=False):
+    for surrogate, own in evaluation.skill.groupby("surrogate", sort=False):
         by_slurry = own.set_index("slurry")
-        tested = by_slurry.reindex(yardsticks.test)
-        validated = by_slurry.skill.reindex(yardsticks.slurries("validation"))
+        tested = by_slurry.reindex(evaluation.test)
+        validated = by_slurry.skill.reindex(evaluation.slurries("validation"))
         ratio = (tested.mse_um2 / tested.mse_affine_um2).mean()
         means = [number(tested.mse_um2.mean()), number(ratio)]
         rows.append([surrogate, *means, *mean_and_worst(tested.skill, "z.2f", True), number(validated.mean(), "z.2f")])
     columns = ["Surrogate", "MSE (µm²)", "MSE / that of affine", "skill", "worst skill", "skill, validation"]
-    known = yardsticks.skill[yardsticks.skill.slurry.isin(yardsticks.test)]
+    known = evaluation.skill[evaluation.skill.slurry.isin(evaluation.test)]
     means = known.groupby("surrogate", sort=False).skill.mean().dropna()
     sentence = f" The highest mean is that of {means.idxmax()} ({means.max():z.2f})." if len(means) else ""
     caption = (
@@ -401,13 +401,13 @@ def skill_section(yardsticks: Yardsticks) -> Section:
         f"what a DEM run moved by a hair ends away from itself. Means over the test slurries.{sentence} From "
         "tables/skill.csv."
     )
-    figure = figure_block(yardsticks.figures, "skill", "Fig. Y1", "Skill of every surrogate on each slurry.")
-    return Section("Skill", [Table("Table Y2", caption, columns, rows), *figure])
+    figure = figure_block(evaluation.figures, "skill", "Fig. E1", "Skill of every surrogate on each slurry.")
+    return Section("Skill", [Table("Table E2", caption, columns, rows), *figure])
 
 
-def noise_section(yardsticks: Yardsticks) -> Section:
+def noise_section(evaluation: Evaluation) -> Section:
     """tables/noise.csv: a column pair a replicated slurry."""
-    noise = yardsticks.noise
+    noise = evaluation.noise
     slurries = list(dict.fromkeys(noise.slurry))
     by_key = noise.set_index(["slurry", "quantity"])
     rows = []
@@ -439,13 +439,13 @@ def noise_section(yardsticks: Yardsticks) -> Section:
         "Replicas: the same slurry, other seeds. For an RDF, the mean is the mean difference |Δg| between two "
         "replicas, its spread. From tables/noise.csv."
     )
-    return Section("Noise of the DEM", [Points(sentences), Table("Table Y3", caption, columns, rows, groups=groups)])
+    return Section("Noise of the DEM", [Points(sentences), Table("Table E3", caption, columns, rows, groups=groups)])
 
 
-def structure_section(yardsticks: Yardsticks) -> Section:
+def structure_section(evaluation: Evaluation) -> Section:
     """tables/structure_errors.csv."""
-    table = deviations(yardsticks.structure_errors)
-    tested = table[table.slurry.isin(yardsticks.test)]
+    table = deviations(evaluation.structure_errors)
+    tested = table[table.slurry.isin(evaluation.test)]
     labels = main_labels(labels_of(tested))
     blocks, count = [], 0
     for stage in ("predicted", "relaxed"):
@@ -461,18 +461,18 @@ def structure_section(yardsticks: Yardsticks) -> Section:
                 f"Mean |value − that of the DEM| of the {stage} structure over the test slurries, {words}. Variants, "
                 "earlier input frames and every slurry: tables/structure_errors.csv."
             )
-            blocks.append(Table(f"Table Y4.{count}", caption, ["Quantity", *labels], rows))
+            blocks.append(Table(f"Table E4.{count}", caption, ["Quantity", *labels], rows))
     caption = (
         "Mean deviation of relaxed structures from the DEM in replica sd (of an RDF: replica spreads), over the test "
         "slurries."
     )
-    in_sd = pd.DataFrame({name: group_means(yardsticks, name, "in_sd").mean() for name in labels_of(tested)})
+    in_sd = pd.DataFrame({name: group_means(evaluation, name, "in_sd").mean() for name in labels_of(tested)})
     for group, means in in_sd.dropna(how="all").iterrows():
         caption += (
             f" In {group}, {means.idxmin()} is nearest to the DEM ({means.min():.2g}), {means.idxmax()} farthest "
             f"({means.max():.2g})."
         )
-    figure = figure_block(yardsticks.figures, "structure", "Fig. Y2", caption)
+    figure = figure_block(evaluation.figures, "structure", "Fig. E2", caption)
     return Section("Structure", [*figure, *blocks])
 
 
@@ -482,9 +482,9 @@ FRONT_CAPTION = (
 )
 
 
-def front_section(yardsticks: Yardsticks) -> Section:
+def front_section(evaluation: Evaluation) -> Section:
     """tables/front.csv."""
-    tested = yardsticks.front[yardsticks.front.slurry.isin(yardsticks.test)]
+    tested = evaluation.front[evaluation.front.slurry.isin(evaluation.test)]
     rows = []
     for (surrogate, frame), own in tested.groupby(["surrogate", "input_last_frame"], sort=False):
         by_slurry = own.set_index("slurry")
@@ -504,14 +504,14 @@ def front_section(yardsticks: Yardsticks) -> Section:
             those = means.surrogate[on_front(means.cost_share_of_full_dem, means[column])]
             sentence += f" On that of {words} error against cost: {listed([*those, 'the full DEM'])}."
         sentence += " Order within the band of the DEM's own noise is not resolved."
-    figure = figure_block(yardsticks.figures, "front", "Fig. Y3", f"{FRONT_CAPTION} {sentence}")
-    table = Table("Table Y5", caption, columns, rows, groups=groups)
+    figure = figure_block(evaluation.figures, "front", "Fig. E3", f"{FRONT_CAPTION} {sentence}")
+    table = Table("Table E5", caption, columns, rows, groups=groups)
     return Section("Error against cost", [*figure, table] if figure else [Text(sentence), table])
 
 
-def equal_cost_section(yardsticks: Yardsticks) -> Section:
+def equal_cost_section(evaluation: Evaluation) -> Section:
     """tables/equal_cost.csv."""
-    tested = yardsticks.equal_cost[yardsticks.equal_cost.slurry.isin(yardsticks.test)]
+    tested = evaluation.equal_cost[evaluation.equal_cost.slurry.isin(evaluation.test)]
     rows = []
     for surrogate, own in tested.groupby("surrogate", sort=False):
         known = own.dropna(subset=["early_dem_cost_share"])
@@ -532,8 +532,8 @@ def equal_cost_section(yardsticks: Yardsticks) -> Section:
         "interpolated in between. Where none costs the same, beside the nearest in cost. Means over the test slurries "
         "where both are known. From tables/equal_cost.csv."
     )
-    table = Table("Table Y6", caption, columns, rows, texts=(0, 10), groups=groups)
-    return Section("At equal cost", [Points(equal_cost_sentences(yardsticks)), table])
+    table = Table("Table E6", caption, columns, rows, texts=(0, 10), groups=groups)
+    return Section("At equal cost", [Points(equal_cost_sentences(evaluation)), table])
 
 
 UNITS = {"um2": "µm²", "um": "µm", "us": "µs", "s": "s", "min": "min", "g_cm3": "g/cm³"}
@@ -574,11 +574,11 @@ def payback_words(row: pd.Series) -> str:
     )
 
 
-def payback_sentences(yardsticks: Yardsticks) -> list[str]:
+def payback_sentences(evaluation: Evaluation) -> list[str]:
     """When the training of each network is paid back, and how the cost with it grows, by wall clock."""
-    scaling = yardsticks.cost_scaling[yardsticks.cost_scaling.clock == "wall_s"].set_index("surrogate")
+    scaling = evaluation.cost_scaling[evaluation.cost_scaling.clock == "wall_s"].set_index("surrogate")
     sentences = []
-    for network in [name for name in yardsticks.networks if name in scaling.index]:
+    for network in [name for name in evaluation.networks if name in scaling.index]:
         row = scaling.loc[network]
         sizes = f"{row.slurries:.0f} slurries of {row.fewest_particles:,.0f} to {row.most_particles:,.0f} particles"
         growth = f"{sizes} are too few or too alike to say how cost grows with size"
@@ -592,9 +592,9 @@ def payback_sentences(yardsticks: Yardsticks) -> list[str]:
     return sentences
 
 
-def cost_section(yardsticks: Yardsticks) -> Section:
+def cost_section(evaluation: Evaluation) -> Section:
     """tables/cost_scaling.csv and tables/study_costs.csv."""
-    scaling, claims = yardsticks.cost_scaling, yardsticks.study_costs
+    scaling, claims = evaluation.cost_scaling, evaluation.study_costs
     scaling = scaling[scaling.surrogate.isin(main_labels(labels_of(scaling)))]
     caption = (
         "How cost grows with the number of particles (the exponent of a power law and its standard error, se, over all "
@@ -602,7 +602,7 @@ def cost_section(yardsticks: Yardsticks) -> Section:
         "once, and after how many slurries it is paid back by what a test slurry saves (median). Variants and earlier "
         "input frames: tables/cost_scaling.csv."
     )
-    blocks = [plain_table("Table Y7", caption, scaling)]
+    blocks = [plain_table("Table E7", caption, scaling)]
     caption = (
         "What the study says of its cost, and ours term by term, a column a surrogate; other machines and another "
         "scale. From tables/study_costs.csv."
@@ -615,42 +615,42 @@ def cost_section(yardsticks: Yardsticks) -> Section:
     for name in labels:
         own = ours[ours.surrogate == name]
         wide = wide.merge(own[["term", "ours"]].rename(columns={"ours": name}), on="term", how="left")
-    return Section("Cost", [Points(payback_sentences(yardsticks)), *blocks, plain_table("Table Y8", caption, wide)])
+    return Section("Cost", [Points(payback_sentences(evaluation)), *blocks, plain_table("Table E8", caption, wide)])
 
 
-def ablation_section(yardsticks: Yardsticks) -> Section | None:
+def ablation_section(evaluation: Evaluation) -> Section | None:
     """tables/ablation.csv, where the run has one."""
-    if yardsticks.ablation is None:
+    if evaluation.ablation is None:
         return None
     caption = "What each change from the published network buys."
-    scored = yardsticks.ablation.set_index("surrogate").validation_mse_um2.dropna()
+    scored = evaluation.ablation.set_index("surrogate").validation_mse_um2.dropna()
     if len(scored):
         caption += f" The lowest MSE on the validation slurries is that of {scored.idxmin()}, {scored.min():.3g} µm²."
     caption += " From tables/ablation.csv."
-    return Section("Ablation", [plain_table("Table Y9", caption, yardsticks.ablation)])
+    return Section("Ablation", [plain_table("Table E9", caption, evaluation.ablation)])
 
 
-def relaxation_sentence(yardsticks: Yardsticks) -> str:
+def relaxation_sentence(evaluation: Evaluation) -> str:
     """After how many steps each surrogate is within the band of the replicas."""
-    tried = sorted(set(yardsticks.relaxation.steps))
+    tried = sorted(set(evaluation.relaxation.steps))
     by_steps = {}
-    for name, steps in enough_steps(yardsticks.relaxation).items():
+    for name, steps in enough_steps(evaluation.relaxation).items():
         by_steps.setdefault(tuple(steps), []).append(name)
     parts = [
         f"{listed([f'{number:,}' for number in steps]) if steps else 'none of them'} for {listed(names)}"
         for steps, names in sorted(by_steps.items(), key=lambda part: (not part[0], part[0]))
     ]
-    slurries = list(dict.fromkeys(yardsticks.relaxation.slurry))
+    slurries = list(dict.fromkeys(evaluation.relaxation.slurry))
     return (
         f"Steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, after which the density is "
-        f"within {BAND_SDS} replica sd and the RDF within {yardsticks.rdf_bar:g} replica spreads of the DEM, for "
+        f"within {BAND_SDS} replica sd and the RDF within {evaluation.rdf_bar:g} replica spreads of the DEM, for "
         f"validation {named(slurries)}: {'; '.join(parts)}."
     )
 
 
-def relaxation_section(yardsticks: Yardsticks) -> Section | None:
+def relaxation_section(evaluation: Evaluation) -> Section | None:
     """tables/relaxation.csv, where the run has validation slurries."""
-    table = yardsticks.relaxation
+    table = evaluation.relaxation
     if table is None:
         return None
     labels, tried = labels_of(table), sorted(set(table.steps))
@@ -669,19 +669,19 @@ def relaxation_section(yardsticks: Yardsticks) -> Section | None:
         "over the validation slurries. Mean overlap is that of the contacts of the prediction before relaxation, as a "
         "share of Ri + Rj. From tables/relaxation.csv."
     )
-    sentence = relaxation_sentence(yardsticks)
+    sentence = relaxation_sentence(evaluation)
     shown = "Distance from the end of the DEM against steps of relaxation, means over the validation slurries."
-    figure = figure_block(yardsticks.figures, "relaxation", "Fig. Y4", shown)
-    blocks = [Points([sentence]), *figure, Table("Table Y10", caption, columns, rows, groups=groups)]
+    figure = figure_block(evaluation.figures, "relaxation", "Fig. E4", shown)
+    blocks = [Points([sentence]), *figure, Table("Table E10", caption, columns, rows, groups=groups)]
     return Section("Physics in the loop: how long to relax", blocks)
 
 
-def uncertainty_sentences(yardsticks: Yardsticks) -> list[str]:
+def uncertainty_sentences(evaluation: Evaluation) -> list[str]:
     """Whether the calibrated intervals of each surrogate cover what they should on test slurries, and rank errors."""
     sentences = []
     low, high = COVERED_WELL
-    for surrogate, own in yardsticks.uncertainty.groupby("surrogate", sort=False):
-        tested = own[own.slurry.isin(yardsticks.test) & np.isclose(own.level, WIDEST_LEVEL)].set_index("slurry")
+    for surrogate, own in evaluation.uncertainty.groupby("surrogate", sort=False):
+        tested = own[own.slurry.isin(evaluation.test) & np.isclose(own.level, WIDEST_LEVEL)].set_index("slurry")
         opening = f"The {WIDEST_LEVEL:.0%} intervals of {surrogate}, calibrated on the validation slurries,"
         if tested.empty:
             sentences.append(f"{opening} have no test slurry to be judged on.")
@@ -699,9 +699,9 @@ def uncertainty_sentences(yardsticks: Yardsticks) -> list[str]:
     return sentences
 
 
-def uncertainty_section(yardsticks: Yardsticks) -> Section | None:
+def uncertainty_section(evaluation: Evaluation) -> Section | None:
     """tables/uncertainty.csv, where a surrogate of the run says how sure it is."""
-    table = yardsticks.uncertainty
+    table = evaluation.uncertainty
     if table is None:
         return None
     levels = sorted(set(table.level))
@@ -720,40 +720,40 @@ def uncertainty_section(yardsticks: Yardsticks) -> Section | None:
         "show that it was found there. Coverage is the share of coordinates within the interval. Rank correlation: "
         "Spearman's, of a particle's spread and the length of its error. From tables/uncertainty.csv."
     )
-    sentences = uncertainty_sentences(yardsticks)
+    sentences = uncertainty_sentences(evaluation)
     of_figure = (
         "Left: errors within the interval of a level, by the spread as it comes, taken as the standard deviation of a "
         "normal error (lines), and calibrated (dots). Right: error against spread, in bins of equally many "
         "coordinates. Dashed: what is expected."
     )
-    figure = figure_block(yardsticks.figures, "uncertainty", "Fig. Y5", of_figure)
-    table = Table("Table Y11", caption, columns, rows, texts=(0, 1, 2), groups=groups)
+    figure = figure_block(evaluation.figures, "uncertainty", "Fig. E5", of_figure)
+    table = Table("Table E11", caption, columns, rows, texts=(0, 1, 2), groups=groups)
     return Section("Uncertainty", [Points(sentences), *figure, table])
 
 
-def yardsticks_html(yardsticks: Yardsticks) -> str:
+def evaluation_html(evaluation: Evaluation) -> str:
     """The page as one HTML text that loads nothing from elsewhere."""
     sections = [
-        verdict_section(yardsticks),
-        skill_section(yardsticks),
-        noise_section(yardsticks),
-        structure_section(yardsticks),
-        front_section(yardsticks),
-        equal_cost_section(yardsticks),
-        cost_section(yardsticks),
-        ablation_section(yardsticks),
-        relaxation_section(yardsticks),
-        uncertainty_section(yardsticks),
+        verdict_section(evaluation),
+        skill_section(evaluation),
+        noise_section(evaluation),
+        structure_section(evaluation),
+        front_section(evaluation),
+        equal_cost_section(evaluation),
+        cost_section(evaluation),
+        ablation_section(evaluation),
+        relaxation_section(evaluation),
+        uncertainty_section(evaluation),
     ]
     lead = (
         "What surrogates are worth: beside the affine map, the DEM itself hurried on, the scatter between DEM runs, "
-        f"and the limit that the DEM sets. Means run over the test {named(yardsticks.test)}."
+        f"and the limit that the DEM sets. Means run over the test {named(evaluation.test)}."
     )
-    missing = np.setdiff1d(yardsticks.networks, labels_of(yardsticks.structure_errors))
+    missing = np.setdiff1d(evaluation.networks, labels_of(evaluation.structure_errors))
     notices = Notices(
         "To keep in mind",
         [f"{name} is not in tables/structure_errors.csv." for name in missing],
         "Every sentence here is computed from the tables of the run.",
     )
-    title = f"SlurryCast yardsticks: {yardsticks.run}"
+    title = f"SlurryCast evaluation: {evaluation.run}"
     return page_html(title, lead, notices, [section for section in sections if section is not None])
