@@ -1,7 +1,7 @@
 """Compute the skill of predictions: 0 as good as the affine map, 1 at the limit that the DEM itself sets.
 
 In: pairs of frame stores (HDF5): a predicted structure, and the DEM frames of the same slurry with the target frame;
-the surrogate `affine` among them for every slurry. The noise of the DEM (CSV), with the floor of twins.
+the surrogate `affine` among them for every slurry. The noise of the DEM (CSV), with the floor of perturbed runs.
 Out: a table (CSV) of one row a pair: mse_um2 of the unwrapped coordinates less their mean over particles and axes, that
 of `affine`, the floor of the replicated slurry nearest in size, and
 skill = 1 - (MSE - floor) / (MSE of affine - floor).

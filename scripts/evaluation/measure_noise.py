@@ -1,11 +1,12 @@
-"""Measure the noise of the DEM: how far replicas of a slurry differ, and how far a twin is from its original.
+"""Measure the noise of the DEM: how far replicas of a slurry differ, and how far a perturbed run is from its original.
 
 In: quantities and curves (CSV) of replicas, DEM runs of a slurry with other seeds and ids <slurry>_r<number>; frame
-stores (HDF5) of twins, continued from the last input frame with positions moved by a hair, and of their originals.
-Out: a table (CSV): slurry, particles, quantity, number of runs, mean and standard deviation (ddof = 1) of the
-replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them and all
-bins that all of them have. For twin_floor_um2, mean is the mean squared distance (um2) of one twin from its original at
-the target frame.
+stores (HDF5) of perturbed runs, continued from the last input frame with positions moved by a hair, and of their
+originals.
+Out: a table (CSV): slurry, particles, quantity, number of runs, mean and standard deviation (ddof = 1) of
+the replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them and
+all bins that all of them have. For perturbation_floor_um2, mean is the mean squared distance (um2) of one perturbed run
+from its original at the target frame.
 """
 
 import argparse
@@ -46,10 +47,10 @@ def replica_rows(slurry: str, structure: pd.DataFrame, curves: pd.DataFrame) -> 
     ]
 
 
-def twin_row(twin_path: Path, dem_path: Path, target_frame: int) -> dict:
-    """Row of the table for one twin."""
-    with read_frames(twin_path) as twin, read_frames(dem_path) as dem:
-        floor_um2 = final_mse_um2(twin, dem, target_frame)
+def perturbed_row(perturbed_path: Path, dem_path: Path, target_frame: int) -> dict:
+    """Row of the table for one perturbed run."""
+    with read_frames(perturbed_path) as perturbed, read_frames(dem_path) as dem:
+        floor_um2 = final_mse_um2(perturbed, dem, target_frame)
         return {
             "slurry": dem.attributes["slurry"],
             "particles": len(dem.particles),
@@ -68,33 +69,35 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument(
         "--rdf", type=input_file, nargs="+", required=True, help="in: curves of the same replicas (CSV)"
     )
-    parser.add_argument("--twins", type=input_file, nargs="+", required=True, help="in: ends of the twins (HDF5)")
+    parser.add_argument(
+        "--perturbed", type=input_file, nargs="+", required=True, help="in: ends of the perturbed runs (HDF5)"
+    )
     parser.add_argument(
         "--frames",
         type=input_file,
         nargs="+",
         required=True,
-        help="in: DEM frames (HDF5), one for each of --twins, in order",
+        help="in: DEM frames (HDF5), one for each of --perturbed, in order",
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of the noise (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "structure", "rdf")
-    parser.one_each(args, "twins", "frames")
+    parser.one_each(args, "perturbed", "frames")
     return args
 
 
 def main() -> None:
-    """Measure replicas and twins and write the table."""
+    """Measure replicas and perturbed runs and write the table."""
     args = parse_args()
     with measured_cost(args.cost, "measure_noise"):
         structure, curves = (pd.concat(map(read_table, paths)) for paths in (args.structure, args.rdf))
         rows = []
         for slurry, of_slurry in structure.groupby(structure.slurry.map(replicated_slurry), sort=False):
             rows += replica_rows(slurry, of_slurry, curves[curves.slurry.isin(of_slurry.slurry)])
-        for twin_path, dem_path in zip(args.twins, args.frames, strict=True):
-            rows.append(twin_row(twin_path, dem_path, args.target_frame))
+        for perturbed_path, dem_path in zip(args.perturbed, args.frames, strict=True):
+            rows.append(perturbed_row(perturbed_path, dem_path, args.target_frame))
         write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 

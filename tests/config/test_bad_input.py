@@ -805,14 +805,14 @@ BAD_VALUES = {
             "analysis.rdf_cutoff_um = 0.007: must be a number at least 0.1 and at most 1000",
         ),
         (
-            "evaluation.twin_displacement_um",
+            "evaluation.perturbation_um",
             0.001,
-            "evaluation.twin_displacement_um = 0.001: must be a number at least 1e-08 and at most 0.0001",
+            "evaluation.perturbation_um = 0.001: must be a number at least 1e-08 and at most 0.0001",
         ),
         (
-            "evaluation.twin_displacement_um",
+            "evaluation.perturbation_um",
             1e-09,
-            "evaluation.twin_displacement_um = 1e-09: must be a number at least 1e-08 and at most 0.0001",
+            "evaluation.perturbation_um = 1e-09: must be a number at least 1e-08 and at most 0.0001",
         ),
         (
             "convergence.timesteps_us",

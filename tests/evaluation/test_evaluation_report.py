@@ -91,7 +91,7 @@ def evaluation(tmp_path) -> Evaluation:
         for slurry, particles in (("2", 600), ("6", 3001))
         for name, (mean, sd) in QUANTITIES.items()
     ]
-    noise += [("2", 600, "rdf_all", 5, 0.02, 0.004), ("2", 600, "twin_floor_um2", 1, 0.0035, np.nan)]
+    noise += [("2", 600, "rdf_all", 5, 0.02, 0.004), ("2", 600, "perturbation_floor_um2", 1, 0.0035, np.nan)]
     front = [
         (name, 2 if name.endswith("_f02") else 10, slurry, cost, 0.002 * in_sd[name], 0.02 * in_sd[name])
         for name, cost in (("persistence", 0.2), ("affine", 0.2), ("net", 0.3), ("affine_f02", 0.1))
@@ -503,7 +503,7 @@ def test_page_from_files(tmp_path, evaluation, monkeypatch):
         "After relaxation, net against affine: better in density, RDF, contacts and mean overlap",
         "affine_f02",
         "The lowest MSE on the validation slurries is that of net, 0.0987 µm²",
-        "A twin of slurry 2, moved by a hair, ends 0.0035 µm² (MSE) away from it",
+        "A perturbed run of slurry 2 ends 0.0035 µm² (MSE) away from it",
         "On that of density error against cost: affine_f02, affine, net and the full DEM",
         "1,230",
         "paid back after 18 slurries",

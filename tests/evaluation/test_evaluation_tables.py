@@ -85,32 +85,32 @@ def noise(tmp_path) -> Path:
     path = tmp_path / "noise.csv"
     path.write_text(
         "slurry,particles,quantity,runs,mean,sd\n"
-        "6,90,density_g_cm3,5,2.25,0.01\n6,90,rdf_all,5,0.3,0.1\n6,90,twin_floor_um2,1,0.003,\n"
-        "2,1000,density_g_cm3,5,2.25,0.002\n2,1000,rdf_all,5,0.04,0.1\n2,1000,twin_floor_um2,1,0.03,\n"
+        "6,90,density_g_cm3,5,2.25,0.01\n6,90,rdf_all,5,0.3,0.1\n6,90,perturbation_floor_um2,1,0.003,\n"
+        "2,1000,density_g_cm3,5,2.25,0.002\n2,1000,rdf_all,5,0.04,0.1\n2,1000,perturbation_floor_um2,1,0.03,\n"
     )
     return path
 
 
-def test_noise_of_replicas_and_twins(run, tmp_path):
+def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
     replicas = [
         structure_files(tmp_path, "-", f"{slurry}_r{k}", {"target": (density, g, bins)}, particles)
         for slurry, particles in (("6", 90), ("2", 1000))
         for k, (density, g, bins) in enumerate([(2.2, 0, 5), (2.3, 1, 4), (2.1, 3, 5)], 1)
     ]
     frames = [write_store(tmp_path / f"{slurry}.h5", slurry, 120, 0) for slurry in "62"]
-    twins = [write_store(tmp_path / f"{slurry}_twin.h5", slurry, 120, 0.3) for slurry in "62"]
+    perturbed = [write_store(tmp_path / f"{slurry}_perturbed.h5", slurry, 120, 0.3) for slurry in "62"]
     structure, curves = zip(*replicas, strict=True)
     rows = table(
         run(
             "measure_noise",
             *("--structure", *structure, "--rdf", *curves[::-1]),
-            *("--twins", *twins, "--frames", *frames, "--target-frame", 120),
+            *("--perturbed", *perturbed, "--frames", *frames, "--target-frame", 120),
         )
     )
     assert list(rows.columns) == ["slurry", "particles", "quantity", "runs", "mean", "sd"]
     assert list(rows.slurry) == ["6", "6", "2", "2", "6", "2"]
     assert list(rows.particles) == [90, 90, 1000, 1000, 90, 90]
-    assert list(rows.quantity) == ["density_g_cm3", "rdf_all"] * 2 + ["twin_floor_um2"] * 2
+    assert list(rows.quantity) == ["density_g_cm3", "rdf_all"] * 2 + ["perturbation_floor_um2"] * 2
     assert list(rows.runs) == [3, 3, 3, 3, 1, 1]
     # Curves 0, 1, 3 differ by 1, 3 and 2. Moved by 0.3 um along one of three axes: 0.3^2 / 3.
     np.testing.assert_allclose(rows["mean"], [2.2, 2, 2.2, 2, 0.03, 0.03])
@@ -120,18 +120,18 @@ def test_noise_of_replicas_and_twins(run, tmp_path):
 
 def test_noise_needs_two_replicas_of_one_size(run, tmp_path):
     store = write_store(tmp_path / "6.h5", "6", 120, 0)
-    twin = ["--twins", store, "--frames", store, "--target-frame", 120]
+    perturbed = ["--perturbed", store, "--frames", store, "--target-frame", 120]
     one = structure_files(tmp_path, "-", "6_r1", {"target": (2.2, 1, 5)})
     other = structure_files(tmp_path, "-", "6_r2", {"target": (2.2, 1, 5)}, particles=999)
     none = structure_files(tmp_path, "-", "6", {"target": (2.2, 1, 5)})
     needed = "needed are two or more of the same size\n"
-    assert error(run("measure_noise", "--structure", one[0], "--rdf", one[1], *twin)) == (
+    assert error(run("measure_noise", "--structure", one[0], "--rdf", one[1], *perturbed)) == (
         f"error: slurry 6: replicas of 1000 particles, {needed}"
     )
-    assert error(run("measure_noise", "--structure", one[0], other[0], "--rdf", one[1], other[1], *twin)) == (
+    assert error(run("measure_noise", "--structure", one[0], other[0], "--rdf", one[1], other[1], *perturbed)) == (
         f"error: slurry 6: replicas of 1000, 999 particles, {needed}"
     )
-    assert error(run("measure_noise", "--structure", none[0], "--rdf", none[1], *twin)) == (
+    assert error(run("measure_noise", "--structure", none[0], "--rdf", none[1], *perturbed)) == (
         "error: slurry 6: not a replica, their ids are <slurry>_r<number>\n"
     )
 
@@ -313,8 +313,8 @@ def test_without_held_out_slurries_the_tables_are_empty(run, noise):
         ("compare_structure", ["--structure", "a", "--noise", "n"], "1 --structure but 0 --rdf"),
         (
             "measure_noise",
-            ["--structure", "a", "--rdf", "b", "--twins", "a", "b", "--frames", "a", "--target-frame", 1],
-            "2 --twins but 1 --frames",
+            ["--structure", "a", "--rdf", "b", "--perturbed", "a", "b", "--frames", "a", "--target-frame", 1],
+            "2 --perturbed but 1 --frames",
         ),
     ],
 )

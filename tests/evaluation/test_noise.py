@@ -25,10 +25,10 @@ TABLE = pd.DataFrame(
     [
         ("6", 1000, "density_g_cm3", 5, 2.25, 0.004),
         ("6", 1000, "rdf_all", 5, 0.06, 0.001),
-        ("6", 1000, "twin_floor_um2", 1, 0.003, np.nan),
+        ("6", 1000, "perturbation_floor_um2", 1, 0.003, np.nan),
         ("2", 4000, "density_g_cm3", 5, 2.26, 0.001),
         ("2", 4000, "rdf_all", 5, 0.02, 0.002),
-        ("2", 4000, "twin_floor_um2", 1, 0.007, np.nan),
+        ("2", 4000, "perturbation_floor_um2", 1, 0.007, np.nan),
     ],
     columns=COLUMNS,
 )
@@ -144,7 +144,7 @@ def test_a_quantity_without_noise_is_named(tmp_path):
     (tmp_path / "noise.csv").write_text(TABLE[:2].to_csv(index=False))
     noise = read_noise(tmp_path / "noise.csv")
     assert noise.spread("density_g_cm3", 1000) == 0.004
-    with pytest.raises(InputError, match=r"noise\.csv: no twin_floor_um2"):
+    with pytest.raises(InputError, match=r"noise\.csv: no perturbation_floor_um2"):
         noise.floor_um2(1000)
     (tmp_path / "noise.csv").write_text(TABLE.drop(columns="sd").to_csv(index=False))
     with pytest.raises(InputError, match=r"noise\.csv: no column sd"):

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from reference_results import read_reference
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.relaxation import enough_steps
 from slurrycast.report import study
@@ -98,8 +99,8 @@ def test_time_step(root, reference):
 
 
 def noise_lines(folder: Path) -> list[str]:
-    """What the replicas and twins of a run say, a line for each replicated slurry."""
-    noise = read_table(folder / "tables" / "noise.csv").set_index(["slurry", "quantity"])
+    """What the replicas and perturbed runs of a run say, a line for each replicated slurry."""
+    noise = read_reference(folder / "tables" / "noise.csv").set_index(["slurry", "quantity"])
     lines = []
     for slurry in noise.index.unique("slurry"):
         of = noise.loc[slurry]
@@ -109,7 +110,7 @@ def noise_lines(folder: Path) -> list[str]:
             f"Slurry {slurry} ({int(density.particles):,} particles): "
             f"{density['mean']:.4f} ± {2 * density.sd:.4f} g/cm³, "
             f"|Δg| {spread['all']:.4f} (all) and {spread['NiO-8YSZ']:.4f} (NiO-8YSZ), "
-            f"floor {of['mean']['twin_floor_um2']:.4f} µm²"
+            f"floor {of['mean']['perturbation_floor_um2']:.4f} µm²"
         )
     return lines
 

@@ -30,7 +30,7 @@ KINDS = (
     "hybrid/*/*/relaxed.data",
     "hybrid/*/*/relaxed.h5",
     "rdf/*/*.csv",
-    "twins/*.h5",
+    "perturbed/*.h5",
     "structure/*/*.csv",
     "tables/*.csv",
 )

@@ -8,8 +8,8 @@ REQUIRED INPUTS:
     config[analysis]
 
 OUTPUTS:
-    rdf/{surrogate}/{slurry}.csv
-    tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv, coverage.csv, cost.csv, speedup.csv
+    rdf/{surrogate}/{slurry}.csv tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv,
+    coverage.csv, cost.csv, speedup.csv
 """
 
 

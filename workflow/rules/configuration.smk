@@ -210,8 +210,8 @@ def training_minutes(wildcards, attempt):
 def training_mb(wildcards, attempt):
     """Memory of a training in MB: of a whole slurry and its neighbours in each layer, where one is learned at a time.
 
-    Measured are 3.9 GB with 1208 particles in the largest slurry and 5.5 GB with 2402 (cost.csv of the reference runs small
-    and start).
+    Measured are 3.9 GB with 1208 particles in the largest slurry and 5.5 GB with 2402 (cost.csv of the reference runs
+    small and start).
     """
     if not learns_from_frames(wildcards):
         return attempt * 4000
@@ -285,7 +285,7 @@ def timestep_runs():
 
 
 def replicated():
-    """Slurries that have replicas and a twin."""
+    """Slurries that have replicas and a perturbed run."""
     if "affine" not in LABELS:
         raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
     if not with_role("test"):

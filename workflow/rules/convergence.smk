@@ -1,8 +1,8 @@
 """Whether the time step is small enough: one slurry with several time steps and seeds.
 
 REQUIRED INPUTS:
-    dem/{slurry}/run.json, thermo.csv and structure/dem/{slurry}.csv, {slurry}_rdf.csv of the runs of config[convergence]
-    tables/equilibrium.csv
+    dem/{slurry}/run.json, thermo.csv and structure/dem/{slurry}.csv, {slurry}_rdf.csv of the runs of
+    config[convergence] tables/equilibrium.csv
 
 OUTPUTS:
     tables/timestep.csv, timestep_summary.csv

@@ -8,7 +8,7 @@ REQUIRED INPUTS:
     config[evaluation]
 
 OUTPUTS:
-    twins/{slurry}.h5
+    perturbed/{slurry}.h5
     structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
     hybrid/{surrogate}/{slurry}/relaxed-<steps>.h5, by rule relax_slurry
     tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
@@ -23,10 +23,10 @@ HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATIO
 HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 
-rule run_twin:
+rule run_perturbed:
     input:
-        script="scripts/evaluation/run_twin.py",
-        modules=modules("scripts/evaluation/run_twin.py"),
+        script="scripts/evaluation/run_perturbed.py",
+        modules=modules("scripts/evaluation/run_perturbed.py"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
         run=rules.run_slurry.output.run,
         frames=rules.extract_frames.output.frames,
@@ -34,12 +34,12 @@ rule run_twin:
         coefficients=rules.generate_inputs.output.coefficients,
         restart=f"{RESULTS}/dem/{{slurry}}/frame_{max(INPUT_FRAMES)}.restart",
     output:
-        twin=f"{RESULTS}/twins/{{slurry}}.h5",
-        cost=f"{RESULTS}/costs/run_twin/{{slurry}}.json",
+        perturbed=f"{RESULTS}/perturbed/{{slurry}}.h5",
+        cost=f"{RESULTS}/costs/run_perturbed/{{slurry}}.json",
     log:
-        f"{RESULTS}/logs/run_twin/{{slurry}}.log",
+        f"{RESULTS}/logs/run_perturbed/{{slurry}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/run_twin/{{slurry}}.tsv"
+        f"{RESULTS}/benchmarks/run_perturbed/{{slurry}}.tsv"
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
@@ -55,16 +55,16 @@ rule run_twin:
     params:
         first_frame=max(INPUT_FRAMES),
         target_frame=TARGET_FRAME,
-        displacement_um=config["evaluation"]["twin_displacement_um"],
-        work=lambda wildcards: f"{RESULTS}/twins/{wildcards.slurry}_work",
-        attempts=lambda wildcards: f"{RESULTS}/logs/run_twin/{wildcards.slurry}",
+        displacement_um=config["evaluation"]["perturbation_um"],
+        work=lambda wildcards: f"{RESULTS}/perturbed/{wildcards.slurry}_work",
+        attempts=lambda wildcards: f"{RESULTS}/logs/run_perturbed/{wildcards.slurry}",
     shell:
         "python {input.script:q} --restart {input.restart:q} --inputs {input.inputs:q}"
         " --coefficients {input.coefficients:q} --frames {input.frames:q} --first-frame {params.first_frame}"
         " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
-        " --twin {output.twin:q} --cost {output.cost:q}"
+        " --perturbed {output.perturbed:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -106,7 +106,7 @@ rule measure_noise:
         modules=modules("scripts/evaluation/measure_noise.py"),
         structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
         rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
-        twins=lambda wildcards: expand(rules.run_twin.output.twin, slurry=replicated()),
+        perturbed=lambda wildcards: expand(rules.run_perturbed.output.perturbed, slurry=replicated()),
         frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=replicated()),
     output:
         table=report(
@@ -125,7 +125,7 @@ rule measure_noise:
     params:
         target_frame=TARGET_FRAME,
     shell:
-        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q} --twins {input.twins:q}"
+        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q} --perturbed {input.perturbed:q}"
         " --frames {input.frames:q} --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 

@@ -1,4 +1,5 @@
-"""Surrogates: trained on the data set or on frames, or taken as they are, then asked for each slurry that was not trained on.
+"""Surrogates: trained on the data set or on frames, or taken as they are, then asked for each slurry that was not
+trained on.
 
 REQUIRED INPUTS:
     frames/{slurry}.h5; dataset/training.h5 or config[surrogate][model]; dataset/packing_fraction.json

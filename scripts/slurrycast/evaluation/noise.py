@@ -1,7 +1,7 @@
-"""Noise of the DEM itself, in which errors are given: spread of replicas, floor of twins, and the skill.
+"""Noise of the DEM itself, in which errors are given: spread of replicas, floor of perturbed runs, and the skill.
 
-Replicas are DEM runs of one slurry with other seeds; a twin is a DEM run continued from the last input frame with
-positions moved by a hair. Both exist for a few slurries; other sizes are scaled from the nearer one of them.
+Replicas are DEM runs of one slurry with other seeds; a perturbed run is a DEM run continued from the last input frame
+with positions moved by a hair. Both exist for a few slurries; other sizes are scaled from the nearer one of them.
 """
 
 import re
@@ -19,7 +19,7 @@ from slurrycast.data.frames import FrameStore
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.files import InputError
 
-FLOOR = "twin_floor_um2"
+FLOOR = "perturbation_floor_um2"
 RDF_PREFIX = "rdf_"
 COLUMNS = ("slurry", "particles", "quantity", "runs", "mean", "sd")
 BAND_SDS = 2

@@ -60,7 +60,7 @@ QUANTITY_NAMES = {
     "overlap_max": "largest overlap",
     "packing_nominal": "packing fraction, nominal",
     "packing_union": "packing fraction, union",
-    "twin_floor_um2": "twin floor (µm²)",
+    "perturbation_floor_um2": "perturbation floor (µm²)",
 }
 
 

@@ -430,9 +430,9 @@ def noise_section(evaluation: Evaluation) -> Section:
                 f"particles) end at {density['mean']:.4f} g/cm³ with a band of ±{2 * density.sd:.4f} g/cm³ "
                 f"(±{2 * density.sd / density['mean']:.2%})."
             )
-        if "twin_floor_um2" in own.index:
-            floor = own["mean"]["twin_floor_um2"]
-            sentences.append(f"A twin of slurry {slurry}, moved by a hair, ends {floor:.3g} µm² (MSE) away from it.")
+        if "perturbation_floor_um2" in own.index:
+            floor = own["mean"]["perturbation_floor_um2"]
+            sentences.append(f"A perturbed run of slurry {slurry} ends {floor:.3g} µm² (MSE) away from it.")
     columns = ["Quantity", *["mean", "sd"] * len(slurries)]
     groups = [("", 1), *((f"Slurry {slurry}", 2) for slurry in slurries)]
     caption = (

@@ -1,15 +1,16 @@
-"""Run the twin of a DEM run: the same from an early frame on, but for positions moved by a hair.
+"""Run the perturbed run of a DEM run: the same from an early frame on, but for positions moved by a hair.
 
 How far the two are apart at the target frame tells how well a frame so early determines the end at all.
 
 In: the restart file of the early frame, the slurry's inputs (JSON) and pair coefficients, and its frame store (HDF5),
 for what the particles are.
-Out: the twin at the target frame, as a frame store of one frame (HDF5). Every coordinate is displaced by a random
-length between plus and minus --displacement-um; its seed follows from that of the slurry.
+Out: the perturbed run at the target frame, as a frame store of one frame (HDF5). Every coordinate is displaced by a
+random length between plus and minus --displacement-um; its seed follows from that of the slurry.
 
-The twin is cut into the same segments as its original, and as there the work folder holds the restart file of each
-finished one: a twin that was killed goes on from the last one when it is started again with the same inputs, and ends
-with the same numbers. It stops on purpose as run_slurry.py does. The work folder is removed with the twin written.
+The perturbed run is cut into the same segments as its original, and as there the work folder holds the restart file of
+each finished one: a perturbed run that was killed goes on from the last one when it is started again with the same
+inputs, and ends with the same numbers. It stops on purpose as run_slurry.py does. The work folder is removed with the
+perturbed run written.
 """
 
 import argparse
@@ -43,10 +44,16 @@ def parse_args() -> argparse.Namespace:
         "--coefficients", required=True, type=input_file, help="in: pair_coeff lines of the real forces"
     )
     parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the slurry, HDF5")
-    parser.add_argument("--first-frame", required=True, type=int, help="number of the frame that the twin starts from")
-    parser.add_argument("--target-frame", required=True, type=int, help="number of the frame at which the twin ends")
+    parser.add_argument(
+        "--first-frame", required=True, type=int, help="number of the frame that the perturbed run starts from"
+    )
+    parser.add_argument(
+        "--target-frame", required=True, type=int, help="number of the frame at which the perturbed run ends"
+    )
     parser.add_argument("--displacement-um", required=True, type=float, help="longest displacement of a coordinate, um")
-    parser.add_argument("--work", required=True, type=Path, help="work folder, from which a killed twin goes on")
+    parser.add_argument(
+        "--work", required=True, type=Path, help="work folder, from which a killed perturbed run goes on"
+    )
     parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
     parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
     parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
@@ -54,7 +61,7 @@ def parse_args() -> argparse.Namespace:
         "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
     )
     parser.add_argument("--attempts", type=Path, help="out: folder for a log of each attempt")
-    parser.add_argument("--twin", required=True, help="out: the twin at the target frame, HDF5")
+    parser.add_argument("--perturbed", required=True, help="out: the perturbed run at the target frame, HDF5")
     parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     args = parser.parse_args()
     if not 0 <= args.first_frame < args.target_frame:
@@ -74,6 +81,7 @@ def main() -> None:
         "restart": START,
         "from": first,
         "displacement_um": args.displacement_um,
+        # "twin" is part of the seed: another word would give another run.
         "displacement_seed": derived_seed(inputs["physics"]["slurry"]["seed"], "twin"),
     }
 
@@ -87,7 +95,7 @@ def main() -> None:
         check_restart(displaced)
 
     chain = Chain(
-        f"{slurry} twin",
+        f"{slurry} perturbed run",
         inputs,
         [Opening("displace", f"step_{first}.restart", displacement, check_displaced)],
         [step for step in ends if step >= first],
@@ -96,7 +104,7 @@ def main() -> None:
     known_by = identity([args.restart, args.inputs, args.coefficients], LAMMPS_SCRIPTS, settings)
     attempts = attempt_log(args.attempts) if args.attempts else contextlib.nullcontext()
     with attempts as attempt, work_folder(args.work, known_by) as work:
-        with measured_cost(args.cost, "run_twin", slurry=slurry) as cost, read_frames(args.frames) as store:
+        with measured_cost(args.cost, "run_perturbed", slurry=slurry) as cost, read_frames(args.frames) as store:
             stop = Stop(chain.name, 60 * args.budget_min)
             shutil.copyfile(args.restart, args.work / START)
             shutil.copyfile(args.coefficients, args.work / COEFFICIENTS)
@@ -104,16 +112,16 @@ def main() -> None:
             *_, end = read_dump(args.work / f"frames_{chain.steps[-1]}.dump")
             attributes = {
                 **store.attributes,
-                "stage": "twin",
+                "stage": "perturbed",
                 "first_frame": args.first_frame,
                 "displacement_um": args.displacement_um,
                 "lammps_version": logs[-1].version,
             }
             frame = as_frame(end, args.target_frame, dem["timestep_us"])
-            write_frames(args.twin, store.particles, [frame], attributes)
+            write_frames(args.perturbed, store.particles, [frame], attributes)
             cost.particles, cost.steps = len(store.particles), chain.steps[-1] - first
         shutil.rmtree(args.work)
-        print(f"[{slurry}] twin from frame {args.first_frame} to {args.target_frame}")
+        print(f"[{slurry}] perturbed run from frame {args.first_frame} to {args.target_frame}")
 
 
 if __name__ == "__main__":

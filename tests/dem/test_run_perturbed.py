@@ -1,4 +1,4 @@
-"""A twin without displacement is the DEM run itself; with a hair of it, it drifts away."""
+"""A perturbed run without displacement is the DEM run itself; with a hair of it, it drifts away."""
 
 import json
 import re
@@ -15,12 +15,12 @@ from test_run_slurry import flip, killed
 
 
 @pytest.fixture
-def twin(slurry, tmp_path, command):
-    """Command line of a twin that starts at frame 10."""
+def perturbed(slurry, tmp_path, command):
+    """Command line of a perturbed run that starts at frame 10."""
 
     def build(target_frame, displacement_um, restart_frame=10):
         return command(
-            "run_twin",
+            "run_perturbed",
             restart=slurry / f"frame_{restart_frame}.restart",
             inputs=slurry / "inputs.json",
             coefficients=slurry / "coefficients.lmp",
@@ -29,16 +29,16 @@ def twin(slurry, tmp_path, command):
             target_frame=target_frame,
             displacement_um=displacement_um,
             work=tmp_path / "work folder",
-            twin=tmp_path / "twin.h5",
+            perturbed=tmp_path / "perturbed.h5",
             cost=tmp_path / "cost.json",
         )
 
     return build
 
 
-def test_undisturbed_twin_is_the_dem_run(twin, slurry, tmp_path):
-    subprocess.run(twin(40, 0), check=True)
-    with read_frames(tmp_path / "twin.h5") as store, read_frames(slurry / "frames.h5") as dem:
+def test_undisturbed_perturbed_run_is_the_dem_run(perturbed, slurry, tmp_path):
+    subprocess.run(perturbed(40, 0), check=True)
+    with read_frames(tmp_path / "perturbed.h5") as store, read_frames(slurry / "frames.h5") as dem:
         np.testing.assert_allclose(store.position_um(40), dem.position_um(40), rtol=0, atol=1e-7)
         np.testing.assert_allclose(store.scaled_position(40), dem.scaled_position(40), rtol=0, atol=1e-7)
         np.testing.assert_array_equal(store.coordination(40), dem.coordination(40))
@@ -48,19 +48,19 @@ def test_undisturbed_twin_is_the_dem_run(twin, slurry, tmp_path):
         np.testing.assert_array_equal(store.particles.id, dem.particles.id)
         assert {name: store.attributes[name] for name in ("slurry", "stage", "first_frame", "displacement_um")} == {
             "slurry": "A",
-            "stage": "twin",
+            "stage": "perturbed",
             "first_frame": 10,
             "displacement_um": 0,
         }
     cost = json.loads((tmp_path / "cost.json").read_text())
-    assert (cost["stage"], cost["slurry"], cost["steps"]) == ("run_twin", "A", 30 * 50)
+    assert (cost["stage"], cost["slurry"], cost["steps"]) == ("run_perturbed", "A", 30 * 50)
     assert not (tmp_path / "work folder").exists()
 
 
 @pytest.mark.parametrize("target_frame", [11, 120])
-def test_displaced_twin_drifts_away(twin, slurry, tmp_path, target_frame):
-    subprocess.run(twin(target_frame, 1e-6), check=True)
-    with read_frames(tmp_path / "twin.h5") as store, read_frames(slurry / "frames.h5") as dem:
+def test_displaced_perturbed_run_drifts_away(perturbed, slurry, tmp_path, target_frame):
+    subprocess.run(perturbed(target_frame, 1e-6), check=True)
+    with read_frames(tmp_path / "perturbed.h5") as store, read_frames(slurry / "frames.h5") as dem:
         mse_um2 = coordinate_errors(dem.position_um(target_frame), store.position_um(target_frame))["all"].mse_um2
         edge_um = dem.box(target_frame)[1].max()
     if target_frame == 11:  # displacements spread evenly over +-1e-6 um have a variance of 1/3 of its square
@@ -69,45 +69,45 @@ def test_displaced_twin_drifts_away(twin, slurry, tmp_path, target_frame):
         assert 1e-12 < mse_um2 < 0.1 * edge_um**2 / 12
 
 
-def test_restart_file_of_another_frame_is_refused(twin, tmp_path):
-    result = subprocess.run(twin(11, 0, restart_frame=1), capture_output=True, text=True)
+def test_restart_file_of_another_frame_is_refused(perturbed, tmp_path):
+    result = subprocess.run(perturbed(11, 0, restart_frame=1), capture_output=True, text=True)
     assert result.returncode == 1
     assert result.stderr.endswith("frame_1.restart: of step 50, frame 10 is 500\n")
-    assert not (tmp_path / "twin.h5").exists()
+    assert not (tmp_path / "perturbed.h5").exists()
 
 
-def test_target_before_the_start_is_refused(twin):
-    result = subprocess.run(twin(10, 0), capture_output=True, text=True)
+def test_target_before_the_start_is_refused(perturbed):
+    result = subprocess.run(perturbed(10, 0), capture_output=True, text=True)
     assert result.returncode == 2
     assert result.stderr.endswith("--first-frame 10: must be from 0 to below --target-frame 10\n")
 
 
 @pytest.fixture
-def undisturbed(twin, tmp_path) -> bytes:
-    """File of a twin that nobody disturbed."""
-    subprocess.run(twin(120, 1e-6), check=True)
-    content = (tmp_path / "twin.h5").read_bytes()
-    (tmp_path / "twin.h5").unlink()
+def undisturbed(perturbed, tmp_path) -> bytes:
+    """File of a perturbed run that nobody disturbed."""
+    subprocess.run(perturbed(120, 1e-6), check=True)
+    content = (tmp_path / "perturbed.h5").read_bytes()
+    (tmp_path / "perturbed.h5").unlink()
     return content
 
 
-def test_undisturbed_twin_has_the_segments_of_its_original_and_every_bit_of_it(twin, slurry, tmp_path):
-    subprocess.run(twin(120, 0), check=True)
-    with read_frames(tmp_path / "twin.h5") as store, read_frames(slurry / "frames.h5") as dem:
+def test_undisturbed_perturbed_run_has_the_segments_of_its_original_and_every_bit_of_it(perturbed, slurry, tmp_path):
+    subprocess.run(perturbed(120, 0), check=True)
+    with read_frames(tmp_path / "perturbed.h5") as store, read_frames(slurry / "frames.h5") as dem:
         for name in ("position_um", "scaled_position", "coordination"):
             np.testing.assert_array_equal(getattr(store, name)(120), getattr(dem, name)(120))
         np.testing.assert_array_equal(store.box(120), dem.box(120))
 
 
-def test_twin_killed_in_its_second_segment_goes_on_and_ends_with_every_bit(twin, undisturbed, tmp_path):
+def test_perturbed_run_killed_in_its_second_segment_goes_on_and_ends_with_every_bit(perturbed, undisturbed, tmp_path):
     work, attempts = tmp_path / "work folder", tmp_path / "attempts"
-    command = [*twin(120, 1e-6), "--attempts", str(attempts)]
+    command = [*perturbed(120, 1e-6), "--attempts", str(attempts)]
     killed(command, work / "segment_3000.log", everything=True)
-    assert (work / "segment_2000.json").exists() and not (tmp_path / "twin.h5").exists()
+    assert (work / "segment_2000.json").exists() and not (tmp_path / "perturbed.h5").exists()
     spent = json.loads((work / "displace.json").read_text()), json.loads((work / "segment_2000.json").read_text())
     result = subprocess.run(command, check=True, capture_output=True, text=True)
-    assert re.search(r"\[A twin\] goes on from step [23]000 of 6000\n", result.stdout)
-    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+    assert re.search(r"\[A perturbed run\] goes on from step [23]000 of 6000\n", result.stdout)
+    assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
     assert not work.exists()
     cost = json.loads((tmp_path / "cost.json").read_text())
     assert cost["wall_s"] > sum(part["wall_s"] for part in spent)
@@ -116,48 +116,48 @@ def test_twin_killed_in_its_second_segment_goes_on_and_ends_with_every_bit(twin,
 
 
 @pytest.mark.parametrize("name", ["step_500.restart", "step_2000.restart"])
-def test_damaged_part_of_a_twin_is_named_and_done_again(twin, undisturbed, tmp_path, name):
+def test_damaged_part_of_a_perturbed_run_is_named_and_done_again(perturbed, undisturbed, tmp_path, name):
     work = tmp_path / "work folder"
-    killed(twin(120, 1e-6), work / "segment_3000.log", everything=True)
+    killed(perturbed(120, 1e-6), work / "segment_3000.log", everything=True)
     flip(work / name)
-    result = subprocess.run(twin(120, 1e-6), check=True, capture_output=True, text=True)
+    result = subprocess.run(perturbed(120, 1e-6), check=True, capture_output=True, text=True)
     assert f"{work / name}: truncated, or not what " in result.stdout
     assert "goes on" not in result.stdout
-    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+    assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
 
 
-def test_twin_of_other_settings_does_not_go_on_from_what_was_left(twin, tmp_path):
+def test_perturbed_run_of_other_settings_does_not_go_on_from_what_was_left(perturbed, tmp_path):
     work = tmp_path / "work folder"
-    killed(twin(120, 1e-5), work / "segment_3000.log", everything=True)
-    result = subprocess.run(twin(11, 1e-6), check=True, capture_output=True, text=True)
+    killed(perturbed(120, 1e-5), work / "segment_3000.log", everything=True)
+    result = subprocess.run(perturbed(11, 1e-6), check=True, capture_output=True, text=True)
     assert f"{work}: left by a run with other inputs; starting anew" in result.stdout
 
 
-def test_twin_stops_between_segments_when_its_budget_is_used_up(twin, undisturbed, tmp_path):
+def test_perturbed_run_stops_between_segments_when_its_budget_is_used_up(perturbed, undisturbed, tmp_path):
     for step in (2000, 3000, 4000):
-        result = subprocess.run([*twin(120, 1e-6), "--budget-min", "0.001"], capture_output=True, text=True)
+        result = subprocess.run([*perturbed(120, 1e-6), "--budget-min", "0.001"], capture_output=True, text=True)
         assert result.returncode == 75
-        assert result.stderr.startswith(f"[A twin] stopped at step {step}: the next segment takes about ")
-        assert not (tmp_path / "twin.h5").exists()
-    subprocess.run(twin(120, 1e-6), check=True)
-    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+        assert result.stderr.startswith(f"[A perturbed run] stopped at step {step}: the next segment takes about ")
+        assert not (tmp_path / "perturbed.h5").exists()
+    subprocess.run(perturbed(120, 1e-6), check=True)
+    assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
 
 
-def test_terminated_twin_stops_and_goes_on(twin, undisturbed, tmp_path):
-    process = subprocess.Popen(twin(120, 1e-6), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+def test_terminated_perturbed_run_stops_and_goes_on(perturbed, undisturbed, tmp_path):
+    process = subprocess.Popen(perturbed(120, 1e-6), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     while not (tmp_path / "work folder" / "segment_2000.json").exists():
         assert process.poll() is None
         time.sleep(0.002)
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 75
-    assert re.match(r"\[A twin\] stopped .*by SIGTERM", said)
-    subprocess.run(twin(120, 1e-6), check=True)
-    assert (tmp_path / "twin.h5").read_bytes() == undisturbed
+    assert re.match(r"\[A perturbed run\] stopped .*by SIGTERM", said)
+    subprocess.run(perturbed(120, 1e-6), check=True)
+    assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
 
 
-def test_refused_restart_file_is_refused_again(twin):
+def test_refused_restart_file_is_refused_again(perturbed):
     """What the first attempt has written of it counts for nothing."""
     for _ in range(2):
-        result = subprocess.run(twin(11, 0, restart_frame=1), capture_output=True, text=True)
+        result = subprocess.run(perturbed(11, 0, restart_frame=1), capture_output=True, text=True)
         assert result.stderr.endswith("frame_1.restart: of step 50, frame 10 is 500\n")
