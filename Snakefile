@@ -51,7 +51,7 @@ localrules:
     fit_surrogate,
     wrap_slurry,
     measure_equilibrium,
-    check_coverage,
+    check_training_range,
     measure_density,
     compare_coordinates,
     compare_rdf,
@@ -114,7 +114,7 @@ rule tables:
         rules.compare_coordinates.output.table,
         rules.compare_rdf.output.table,
         rules.measure_equilibrium.output.table,
-        rules.check_coverage.output.table if TRAINING else [],
+        rules.check_training_range.output.table if TRAINING else [],
         rules.compare_costs.output.table,
 
 

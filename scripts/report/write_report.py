@@ -43,7 +43,9 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--coordinate-errors", type=input_file, required=True, help="in: tables/coordinate_errors.csv")
     parser.add_argument("--rdf-errors", type=input_file, required=True, help="in: tables/rdf_errors.csv")
     parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--coverage", type=input_file, help="in: tables/coverage.csv; none without training slurries")
+    parser.add_argument(
+        "--training-range", type=input_file, help="in: tables/training_range.csv; none without training slurries"
+    )
     parser.add_argument("--cost-table", type=input_file, required=True, help="in: tables/cost.csv")
     parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of columns")
@@ -69,7 +71,7 @@ def main() -> None:
         coordinate_errors=read_table(args.coordinate_errors),
         rdf_errors=read_table(args.rdf_errors),
         equilibrium=read_equilibrium(args.equilibrium),
-        coverage=read_table(args.coverage) if args.coverage else None,
+        training_range=read_table(args.training_range) if args.training_range else None,
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),
         surrogates=args.surrogates,

@@ -601,14 +601,15 @@ BAD_VALUES = {
             "surrogate.driven_dem.steps = 0: must be a whole number at least 1 and at most 2000000000",
         ),
         (
-            "surrogate.neighbours.waypoints",
+            "surrogate.neighbours.intermediate_targets",
             [0.4, 0.4],
-            "surrogate.neighbours.waypoints = [0.4, 0.4]: must be a list of numbers above 0 and below 1, each once",
+            "surrogate.neighbours.intermediate_targets = [0.4, 0.4]: "
+            "must be a list of numbers above 0 and below 1, each once",
         ),
         (
-            "surrogate.neighbours.waypoints",
+            "surrogate.neighbours.intermediate_targets",
             [0.6, 0.4],
-            "surrogate.neighbours.waypoints = [0.6, 0.4]: must be strictly increasing",
+            "surrogate.neighbours.intermediate_targets = [0.6, 0.4]: must be strictly increasing",
         ),
         (
             "surrogate.neighbours.cutoff_um",
@@ -622,7 +623,8 @@ BAD_VALUES = {
             "surrogate.neighbours.layers",
             3,
             (
-                "surrogate.neighbours.waypoints = [0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.75, 0.8...: must "
+                "surrogate.neighbours.intermediate_targets = [0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.75, "
+                "0.8...: must "
                 "be at most 2, one for each of surrogate.neighbours.layers but the last"
             ),
         ),

@@ -183,7 +183,7 @@ def results(tmp_path, model, history) -> Results:
         columns=["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"],
     )
     values = {"2": (100, 1.5), "6": (500, 1.4), "N1": (100, 1.5)}
-    coverage = pd.DataFrame(
+    training_range = pd.DataFrame(
         [
             (slurry, roles[slurry], *row)
             for slurry, (particles, density_g_cm3) in values.items()
@@ -254,7 +254,7 @@ def results(tmp_path, model, history) -> Results:
         coordinate_errors=coordinate_errors,
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
-        coverage=coverage,
+        training_range=training_range,
         costs=costs,
         speedup=speedup_table(surrogates),
         surrogates=surrogates,
@@ -268,7 +268,7 @@ def results(tmp_path, model, history) -> Results:
 
 def restricted(results: Results, slurries: list[str], **changes: object) -> Results:
     """The same run with only some of its slurries; `-` stands for all of them."""
-    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup", "coverage")
+    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup", "training_range")
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
     inputs = {slurry: results.inputs[slurry] for slurry in slurries}
     runs = {slurry: results.runs[slurry] for slurry in slurries}
@@ -373,7 +373,7 @@ def test_warnings_come_from_the_data(results):
     assert notices[0] == "Slurry 6: density drifts by <1 %> & more."
     assert "2.100 g/cm³" in notices[1]
     assert notices[2] == (
-        "Slurry 6: 500 particles, training covered 100; density at the last input frame 1.4 g/cm³, training covered "
+        "Slurry 6: 500 particles, training range 100; density at the last input frame 1.4 g/cm³, training range "
         "1.45 to 1.55; predictions of surrogates that learned extrapolate."
     )
     assert len(notices) == 3
@@ -390,11 +390,11 @@ def test_slurries_outside_in_the_same_quantities_share_a_warning(results):
         ("8", "particles", 50.0, 100.0, 150.0, "yes"),
     ]
     columns = ["slurry", "quantity", "value", "training_min", "training_max", "outside"]
-    both, one, smaller = extrapolations(replace(results, coverage=pd.DataFrame(rows, columns=columns)))
-    said = "training covered 100 to 150; predictions of surrogates that learned extrapolate."
+    both, one, smaller = extrapolations(replace(results, training_range=pd.DataFrame(rows, columns=columns)))
+    said = "training range 100 to 150; predictions of surrogates that learned extrapolate."
     assert both == f"Slurries 2 and 6: 200 to 500 particles, {said}"
     assert smaller == f"Slurry 8: 50 particles, {said}"
-    assert one.startswith("Slurry 7: 400 particles, training covered 100 to 150; density at the last input frame 1.2 g")
+    assert one.startswith("Slurry 7: 400 particles, training range 100 to 150; density at the last input frame 1.2 g")
 
 
 def test_a_sound_run_has_no_warnings(results):
@@ -402,13 +402,13 @@ def test_a_sound_run_has_no_warnings(results):
     assert warnings(sound) == []
     text = text_of(sound)
     assert "No warnings" in text
-    assert "No predicted slurry lies outside what the training slurries cover." in text
+    assert "No predicted slurry lies outside the range of the training slurries." in text
     assert "Table S9" not in text
 
 
 def test_training_range_is_shown_where_a_slurry_is_outside(results):
     text = text_of(results)
-    assert text.index("Slurry 6: 500 particles, training covered 100") < text.index("Key results")
+    assert text.index("Slurry 6: 500 particles, training range 100") < text.index("Key results")
     section = text[text.index("Table S9") :]
     assert section.index("Number fraction, NiO") < section.index("1.45 to 1.55")
     html = report_html(results)
@@ -460,7 +460,7 @@ def test_a_model_trained_elsewhere_is_said(results, epochs):
     assert "Epochs, net" in text_of(results)
     history = {"net": results.histories["net"].iloc[:epochs]}
     config = adopting(results.config, "trained/model.keras")
-    adopted = replace(restricted(results, ["2", "6", "N1"], histories=history, config=config), coverage=None)
+    adopted = replace(restricted(results, ["2", "6", "N1"], histories=history, config=config), training_range=None)
     assert warnings(adopted)[0] == (
         "Surrogate net was trained elsewhere (trained/model.keras): neither its training range nor its recipe is known "
         "here."
@@ -471,14 +471,14 @@ def test_a_model_trained_elsewhere_is_said(results, epochs):
         "Batch size, net",
         "Learning rate, net",
         "Samples (",
-        "training covered",
+        "training range 1",
         "No predicted slurry lies outside",
     ):
         assert absent not in text, absent
     assert ("Learning curves of the adopted model" in text) == (epochs > 0)
     assert ("came without learning curves" in text) == (epochs == 0)
     assert "whose weights are used" not in text
-    assert "what they covered is not known here, so whether a slurry lies outside is not checked." in text
+    assert "their range is not known here, so whether a slurry lies outside is not checked." in text
 
 
 def with_errors(results: Results, density: float, mse: float, rdf: float, wobble: float) -> Results:

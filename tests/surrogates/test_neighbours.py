@@ -27,7 +27,7 @@ SETTINGS = {
     "vectors": 4,
     "cutoff_um": 1.6,
     "earlier_frames": 1,
-    "waypoints": [0.08],  # at the next frame
+    "intermediate_targets": [0.08],  # at the next frame
     "input_frames": [8, 9, 10],
     "target_frame": 120,
     "threads": 1,
@@ -363,10 +363,10 @@ def shrinking(*log_volumes: float) -> dict[int, np.ndarray]:
     return {k: np.full(3, np.exp(value / 3)) for k, value in enumerate(log_volumes)}
 
 
-def test_waypoints_are_shares_of_the_way_of_the_volume():
+def test_intermediate_targets_are_shares_of_the_way_of_the_volume():
     # from frame 1 on 3 to go, of which 1, 1.9, 2.1, 3, 2.8 and 3 are gone
     edges_um = shrinking(5, 4, 3, 2.1, 1.9, 1, 1.2, 1)
-    settings = {"target_frame": 7, "waypoints": [0.3, 0.65, 0.95]}
+    settings = {"target_frame": 7, "intermediate_targets": [0.3, 0.65, 0.95]}
 
     def stages(last_frame):
         found = neighbours.stages(edges_um, last_frame, settings)
@@ -381,7 +381,13 @@ def test_waypoints_are_shares_of_the_way_of_the_volume():
 
 def test_frames_that_are_read_are_those_that_are_needed():
     edges_um = shrinking(*np.linspace(1, 0, 101))
-    settings = {"input_frames": [8, 10], "earlier_frames": 1, "target_frame": 100, "waypoints": [0.5], "layers": 3}
+    settings = {
+        "input_frames": [8, 10],
+        "earlier_frames": 1,
+        "target_frame": 100,
+        "intermediate_targets": [0.5],
+        "layers": 3,
+    }
     assert neighbours.needed_frames(settings, edges_um) == [7, 8, 9, 10, 54, 55, 100]
     assert neighbours.needed_frames(settings, edges_um, moved=False) == [8, 10, 54, 55, 100]
     with pytest.raises(InputError, match="frame 101 is not among the frames 0 to 100"):
@@ -421,10 +427,10 @@ def test_first_frame_seen_is_the_end_of_the_earliest_window():
 
 
 def test_each_layer_stands_for_a_share_of_the_way():
-    settings = {"waypoints": [0.2, 0.6]}
+    settings = {"intermediate_targets": [0.2, 0.6]}
     assert neighbours.layer_shares({**settings, "layers": 3}) == [0.2, 0.6, 1.0]
     assert neighbours.layer_shares({**settings, "layers": 5}) == [0.2, 0.2, 0.2, 0.6, 1.0]
-    assert neighbours.layer_shares({"waypoints": [], "layers": 2}) == [1.0, 1.0]
+    assert neighbours.layer_shares({"intermediate_targets": [], "layers": 2}) == [1.0, 1.0]
 
 
 @pytest.mark.parametrize(("share", "scale"), [(0.0, 1.2), (0.5, np.sqrt(1.2))])
@@ -491,7 +497,7 @@ def test_step_on_a_slurry_filled_up_is_the_same_step():
     import keras
     import tensorflow as tf
 
-    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "waypoints": []})
+    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "intermediate_targets": []})
     assert own.moved_um.shape == (1, 60, 3)
     more = neighbours.filled(own, [(77, 4000)], SETTINGS["cutoff_um"])
     keras.utils.set_random_seed(3)

@@ -51,7 +51,7 @@ UNTIMED = (
     "coordinate_errors",
     "rdf_errors",
     "equilibrium",
-    "coverage",
+    "training_range",
     "noise",
     "skill",
     "structure_errors",

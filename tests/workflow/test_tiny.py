@@ -93,13 +93,13 @@ def test_tables(results):
     rdf = tables["rdf_errors"]
     found = zip(rdf.surrogate, rdf.slurry, rdf.pair, strict=True)
     assert sorted(found) == sorted(product(SURROGATES, HELD_OUT, ("all", "NiO-8YSZ")))
-    coverage = pd.read_csv(results / "tables" / "coverage.csv")
-    assert list(coverage.columns) == ["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"]
+    ranges = pd.read_csv(results / "tables" / "training_range.csv")
+    assert list(ranges.columns) == ["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"]
     quantities = ["particles", "shortest_edge_um", "longest_edge_um", "density_g_cm3", "thickness_ratio"]
     quantities += ["fraction_BDPD", "fraction_NiO", "fraction_8YSZ", "mean_radius_um"]
-    assert list(zip(coverage.slurry, coverage.quantity, strict=True)) == list(product([*HELD_OUT, "N1"], quantities))
-    of_recipe = ~coverage.quantity.isin(["shortest_edge_um", "longest_edge_um", "density_g_cm3"])
-    assert set(coverage.outside[of_recipe]) == {"no"}  # mass, shape and recipe are those of T1 to T3
+    assert list(zip(ranges.slurry, ranges.quantity, strict=True)) == list(product([*HELD_OUT, "N1"], quantities))
+    of_recipe = ~ranges.quantity.isin(["shortest_edge_um", "longest_edge_um", "density_g_cm3"])
+    assert set(ranges.outside[of_recipe]) == {"no"}  # mass, shape and recipe are those of T1 to T3
     cost = tables["cost"]
     assert (cost.wall_s > 0).all()
     full = cost[cost.stage == "run_slurry"].set_index("slurry").wall_s
@@ -138,8 +138,8 @@ def test_report(results):
     density = pd.read_csv(results / "tables" / "density_volume.csv", dtype={"slurry": str})
     for value in density[density.slurry == "1"].density_g_cm3:
         assert f"{value:.4f}" in text
-    coverage = pd.read_csv(results / "tables" / "coverage.csv")
-    assert ("No predicted slurry lies outside" in text) == (coverage.outside == "no").all()
+    ranges = pd.read_csv(results / "tables" / "training_range.csv")
+    assert ("No predicted slurry lies outside" in text) == (ranges.outside == "no").all()
 
 
 def test_snakemake_report(project, results):
@@ -312,6 +312,6 @@ def test_new_slurry_with_a_trained_model(project, results):
     report = (one / "report.html").read_text(encoding="utf-8")
     assert "Fig. 6" in report
     assert "trained elsewhere" in report
-    assert "what they covered is not known here" in report
-    assert not (one / "tables" / "coverage.csv").exists()
+    assert "their range is not known here" in report
+    assert not (one / "tables" / "training_range.csv").exists()
     assert pd.read_csv(one / "tables" / "coordinate_errors.csv").empty

@@ -9,7 +9,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     rdf/{surrogate}/{slurry}.csv tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv,
-    coverage.csv, cost.csv, speedup.csv
+    training_range.csv, cost.csv, speedup.csv
 """
 
 
@@ -42,24 +42,24 @@ rule measure_equilibrium:
         " 2>&1 | tee {log:q}"
 
 
-rule check_coverage:  # asked for only where there are training slurries
+rule check_training_range:  # asked for only where there are training slurries
     input:
-        script="scripts/analysis/check_coverage.py",
-        modules=modules("scripts/analysis/check_coverage.py"),
+        script="scripts/analysis/check_training_range.py",
+        modules=modules("scripts/analysis/check_training_range.py"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
         predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
     output:
         table=report(
-            f"{RESULTS}/tables/coverage.csv",
-            caption="../report/coverage.rst",
+            f"{RESULTS}/tables/training_range.csv",
+            caption="../report/training_range.rst",
             category="Tables",
             labels={"table": "training range"},
         ),
-        cost=f"{RESULTS}/costs/check_coverage.json",
+        cost=f"{RESULTS}/costs/check_training_range.json",
     log:
-        f"{RESULTS}/logs/check_coverage.log",
+        f"{RESULTS}/logs/check_training_range.log",
     benchmark:
-        f"{RESULTS}/benchmarks/check_coverage.tsv"
+        f"{RESULTS}/benchmarks/check_training_range.tsv"
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -208,7 +208,7 @@ rule collect_costs:
                 slurry=PREDICTED,
             ),
             rules.measure_equilibrium.output.cost,
-            *([rules.check_coverage.output.cost] if TRAINING else []),
+            *([rules.check_training_range.output.cost] if TRAINING else []),
             rules.measure_density.output.cost,
             rules.compare_coordinates.output.cost,
             rules.compare_rdf.output.cost,

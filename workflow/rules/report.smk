@@ -309,7 +309,7 @@ rule write_report:
         coordinate_errors=rules.compare_coordinates.output.table,
         rdf_errors=rules.compare_rdf.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
-        coverage=rules.check_coverage.output.table if TRAINING else [],
+        training_range=rules.check_training_range.output.table if TRAINING else [],
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
         models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=LEARNED),
@@ -334,14 +334,14 @@ rule write_report:
         "../../envs/analysis.yaml"
     params:
         surrogates=SURROGATES,
-        coverage=lambda wildcards, input: ["--coverage", input.coverage] if input.coverage else [],
+        training_range=lambda wildcards, input: ["--training-range", input.training_range] if input.training_range else [],
         models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.models)],
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
         " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
-        " --speedup {input.speedup:q} {params.coverage:q}"
+        " --speedup {input.speedup:q} {params.training_range:q}"
         " --surrogates {params.surrogates:q} --models {params.models:q} --histories {params.histories:q}"
         " --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"

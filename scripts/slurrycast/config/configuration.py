@@ -452,13 +452,13 @@ def _neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[
         )
 
 
-def _waypoints(config: Mapping, _) -> Iterator[str]:
+def _intermediate_targets(config: Mapping, _) -> Iterator[str]:
     settings = config["surrogate"]["neighbours"]
-    waypoints, layers = settings["waypoints"], settings["layers"]
-    key = f"surrogate.neighbours.waypoints = {_shown(waypoints)}"
-    if any(a >= b for a, b in itertools.pairwise(waypoints)):
+    targets, layers = settings["intermediate_targets"], settings["layers"]
+    key = f"surrogate.neighbours.intermediate_targets = {_shown(targets)}"
+    if any(a >= b for a, b in itertools.pairwise(targets)):
         yield f"{key}: must be strictly increasing"
-    if len(waypoints) >= layers:
+    if len(targets) >= layers:
         yield f"{key}: must be at most {layers - 1}, one for each of surrogate.neighbours.layers but the last"
 
 
@@ -576,7 +576,7 @@ _CHECKS: list[tuple[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str]] 
         "surrogate.names evaluation.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
         "formulation.expected_density_g_cm3",
     ),
-    (_waypoints, "surrogate.neighbours"),
+    (_intermediate_targets, "surrogate.neighbours"),
     (_model, "surrogate.names surrogate.model surrogate.packing_fraction"),
     (_model_of_this_run, "run surrogate.model"),
     (_convergence, "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps"),

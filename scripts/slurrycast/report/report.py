@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from slurrycast.analysis.coverage import FRACTION_PREFIX
+from slurrycast.analysis.training_range import FRACTION_PREFIX
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.evaluation.verdicts import JUDGED_WORDS, TIE_RULE, judged, judged_list
 from slurrycast.report import study
@@ -59,7 +59,7 @@ class Results:
     coordinate_errors: pd.DataFrame
     rdf_errors: pd.DataFrame
     equilibrium: pd.DataFrame
-    coverage: pd.DataFrame | None  # None without training slurries
+    training_range: pd.DataFrame | None  # None without training slurries
     costs: pd.DataFrame
     speedup: pd.DataFrame
     surrogates: Sequence[str]  # labels, in the order of columns
@@ -191,13 +191,13 @@ def warnings(results: Results) -> list[str]:
 
 
 def extrapolations(results: Results) -> list[str]:
-    """In what slurries lie outside what training covered, one sentence for all that do so on the same sides.
+    """In what slurries lie outside the training range, one sentence for all that do so on the same sides.
 
-    None where it is not known what training covered.
+    None where the training range is not known.
     """
-    if results.coverage is None:
+    if results.training_range is None:
         return []
-    outside = results.coverage[results.coverage.outside == "yes"]
+    outside = results.training_range[results.training_range.outside == "yes"]
     alike = {}
     for slurry, rows in outside.groupby("slurry", sort=False):
         sides = tuple(zip(rows.quantity, rows.value > rows.training_max, strict=True))
@@ -205,7 +205,7 @@ def extrapolations(results: Results) -> list[str]:
     sentences = []
     for sides, slurries in alike.items():
         own = outside[outside.slurry.isin(slurries)]
-        parts = [covered_text(own[own.quantity == quantity]) for quantity, _ in sides]
+        parts = [out_of_range_text(own[own.quantity == quantity]) for quantity, _ in sides]
         those = named(slurries)
         sentences.append(
             f"{those[0].upper()}{those[1:]}: {'; '.join(parts)}; predictions of surrogates that learned extrapolate."
@@ -213,8 +213,8 @@ def extrapolations(results: Results) -> list[str]:
     return sentences
 
 
-# Of a quantity of tables/coverage.csv: head of its column, words before and behind a value in a sentence, form.
-COVERED = {
+# Of a quantity of tables/training_range.csv: head of its column, words before and behind a value in a sentence, form.
+QUANTITIES = {
     "particles": ("Particles", "", " particles", ",.0f"),
     "shortest_edge_um": ("Shortest edge (µm)", "shortest box edge ", " µm", ".4g"),
     "longest_edge_um": ("Longest edge (µm)", "longest box edge ", " µm", ".4g"),
@@ -224,24 +224,24 @@ COVERED = {
 }
 
 
-def covered_words(quantity: str) -> tuple[str, str, str, str]:
-    """Words and form of a quantity, as in COVERED; phases are those of the recipe."""
+def quantity_words(quantity: str) -> tuple[str, str, str, str]:
+    """Words and form of a quantity, as in QUANTITIES; phases are those of the recipe."""
     if not quantity.startswith(FRACTION_PREFIX):
-        return COVERED[quantity]
+        return QUANTITIES[quantity]
     phase = quantity.removeprefix(FRACTION_PREFIX)
     return f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f"
 
 
-def covered_text(rows: pd.DataFrame) -> str:
-    """Text of rows of tables/coverage.csv on one quantity: it, its values and those of the training slurries."""
+def out_of_range_text(rows: pd.DataFrame) -> str:
+    """Text of rows of tables/training_range.csv on one quantity: it, its values and those of the training slurries."""
     first = next(rows.itertuples())
-    _, before, behind, form = covered_words(first.quantity)
-    return f"{before}{span(rows.value, form)}{behind}, training covered {covered_range(first)}"
+    _, before, behind, form = quantity_words(first.quantity)
+    return f"{before}{span(rows.value, form)}{behind}, training range {training_range_text(first)}"
 
 
-def covered_range(row: NamedTuple) -> str:
-    """Text of the range of the training slurries in a row of tables/coverage.csv."""
-    return span(pd.Series([row.training_min, row.training_max]), covered_words(row.quantity)[3])
+def training_range_text(row: NamedTuple) -> str:
+    """Text of the range of the training slurries in a row of tables/training_range.csv."""
+    return span(pd.Series([row.training_min, row.training_max]), quantity_words(row.quantity)[3])
 
 
 # ---- sections
@@ -471,33 +471,33 @@ def surrogates_section(results: Results) -> Section:
     return Section("Surrogates", blocks)
 
 
-def coverage_section(results: Results) -> Section:
-    """Table S9, or a line where there is nothing to show: what training covered, and which slurries lie outside."""
+def training_range_section(results: Results) -> Section:
+    """Table S9, or a line where there is nothing to show: the training range, and which slurries lie outside."""
     section = Section("Training range")
-    table = results.coverage
+    table = results.training_range
     if table is None:
         section.blocks.append(
             Text(
-                "The slurries that the model was trained on are not part of this run: what they covered is not known "
+                "The slurries that the model was trained on are not part of this run: their range is not known "
                 "here, so whether a slurry lies outside is not checked."
             )
         )
         return section
     if not (table.outside == "yes").any():
-        section.blocks.append(Text("No predicted slurry lies outside what the training slurries cover."))
+        section.blocks.append(Text("No predicted slurry lies outside the range of the training slurries."))
         return section
     by_quantity = dict(list(table.groupby("quantity", sort=False)))
-    rows = [["training", *(covered_range(next(own.itertuples())) for own in by_quantity.values())]]
+    rows = [["training", *(training_range_text(next(own.itertuples())) for own in by_quantity.values())]]
     for slurry in dict.fromkeys(table.slurry):
         cells = [next(own[own.slurry == slurry].itertuples()) for own in by_quantity.values()]
-        rows.append([results.row_name(slurry), *map(covered_cell, cells)])
+        rows.append([results.row_name(slurry), *map(range_cell, cells)])
     caption = (
         "The predicted slurries at the last input frame beside the range of the training slurries; ▲ is above it, ▼ "
         "below. Densities of earlier frames that all surrogates learned from belong to it. Lz/Lx, fractions and mean "
         "radius may leave it by their rounding: particles are whole. Surrogates that learned extrapolate to what is "
         "outside."
     )
-    columns = ["Slurry", *(covered_words(quantity)[0] for quantity in by_quantity)]
+    columns = ["Slurry", *(quantity_words(quantity)[0] for quantity in by_quantity)]
     section.blocks.append(Table("Table S9", caption, columns, rows))
     return section
 
@@ -514,10 +514,10 @@ def relaxed_for(results: Results) -> str:
     return "; ".join(f"{steps:,} of {listed(surrogates)}" for steps, surrogates in by_steps.items())
 
 
-def covered_cell(row: NamedTuple) -> str:
+def range_cell(row: NamedTuple) -> str:
     """Text of a value in Table S9, marked where it is outside."""
     mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
-    return f"{format(row.value, covered_words(row.quantity)[3])}{mark}"
+    return f"{format(row.value, quantity_words(row.quantity)[3])}{mark}"
 
 
 def network_blocks(results: Results, surrogate: str) -> list:
@@ -1011,7 +1011,7 @@ def build_sections(results: Results) -> list[Section]:
         settings_section(results),
         dem_section(results),
         surrogates_section(results),
-        coverage_section(results),
+        training_range_section(results),
         prediction_section(results),
         new_section(results),
         cost_section(results, comparison, cpu),

@@ -9,8 +9,9 @@ gap between surfaces in the box of the time that a layer stands for, and the rel
 It learns from whole slurries, from their input frames and from the same number of frames that end up to
 `earlier_frames` before these, one of these windows at random in each epoch: the same way to the same end, and as loose
 as a slurry is at the input frames that is larger and shrinks later. Each layer but the last is also asked where the
-particles are when the box has come so far on its way to the final one, `waypoints`: a deep network finds the whole way
-from its end alone only slowly, and by the volume, not by the clock, the way of a large slurry is that of a small one.
+particles are when the box has come so far on its way to the final one, `intermediate targets`: a deep network finds the
+whole way from its end alone only slowly, and by the volume, not by the clock, the way of a large slurry is that of a
+small one.
 
 `members` networks with seeds of their own are trained one after the other and stored as one. The prediction is their
 mean; its spread per coordinate is made of the variance that they expect and of that between them.
@@ -65,7 +66,7 @@ TYPICAL_RADIUS_UM, RADIUS_RANGE_UM, TYPICAL_CONTACTS, TYPICAL_STEP_UM = 0.4, 0.2
 WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
 TYPICAL_SHRINKAGE = 0.1  # of the logarithm of the volume from one frame to the next
 GRADIENT_NORM = 1.0
-WAYPOINT_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
+INTERMEDIATE_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
 DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
 INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
 OF_PAIRS = ("receivers", "senders", "separation_um")
@@ -165,7 +166,7 @@ def graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndar
 class Lesson:
     """A slurry to learn from: its graph, and by how much it has to be moved, (stages, n, 3) in um.
 
-    The last stage is the end, those before are waypoints.
+    The last stage is the end, those before are intermediate targets.
     """
 
     seen: Graph
@@ -202,10 +203,10 @@ class Stage:
 
 
 def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mapping) -> list[Stage]:
-    """When the waypoints after the last input frame are reached, and the target.
+    """When the intermediate targets after the last input frame are reached, and the target.
 
-    A waypoint is reached when the logarithm of the volume has first gone that share of its way to the target frame;
-    `edges_um` (3,) of the box at all frames.
+    An intermediate target is reached when the logarithm of the volume has first gone that share of its way to the
+    target frame; `edges_um` (3,) of the box at all frames.
     """
     target = settings["target_frame"]
     log_volumes = {k: np.log(edges_um[k]).sum() for k in range(last_frame, target + 1)}
@@ -215,16 +216,16 @@ def stages(edges_um: Mapping[int, np.ndarray], last_frame: int, settings: Mappin
         for k, value in log_volumes.items()
     }
     found = []
-    for waypoint in settings["waypoints"]:
-        after = next(k for k in share if share[k] >= waypoint)
+    for way in settings["intermediate_targets"]:
+        after = next(k for k in share if share[k] >= way)
         before = after - 1
-        found.append(Stage(before, after, (waypoint - share[before]) / (share[after] - share[before])))
+        found.append(Stage(before, after, (way - share[before]) / (share[after] - share[before])))
     return [*found, Stage(target, target, 1.0)]
 
 
 def layer_shares(settings: Mapping) -> list[float]:
-    """Share of its way at which the box is after each layer; those before the first waypoint are as far as that."""
-    ends = [*settings["waypoints"], 1.0]
+    """Share of its way at which the box is after each layer; at least that of the first intermediate target."""
+    ends = [*settings["intermediate_targets"], 1.0]
     return [ends[0]] * (settings["layers"] - len(ends)) + ends
 
 
@@ -348,7 +349,7 @@ class _Training:
                 error_um = tf.stop_gradient(errors_um[-1])
                 doubt = (log_variance + error_um**2 * tf.exp(-log_variance)) * there
                 doubt = tf.reduce_sum(doubt) / n_coordinates
-                total = losses[-1] + WAYPOINT_WEIGHT * tf.reduce_sum(losses[:-1]) + DOUBT_WEIGHT * doubt
+                total = losses[-1] + INTERMEDIATE_WEIGHT * tf.reduce_sum(losses[:-1]) + DOUBT_WEIGHT * doubt
             gradients = tape.gradient(total, network.trainable_variables)
             optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
             return losses[-1], tf.reduce_sum(tf.abs(errors_um[-1])) / n_coordinates
@@ -440,10 +441,10 @@ def fit(
     Mean squared error of the displacement, one slurry a step, in float32; the expected variance learns beside it, by
     its likelihood. The weights are those of the last epoch, at which the learning rate has come to nothing: the
     `validation` slurries are looked at, not chosen by. Without any, their columns of history.csv are empty. `settings`:
-    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames, waypoints,
-    input_frames, target_frame, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
-    `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
-    break. InputError for a cutoff above half a box edge, RunError if the loss is not finite.
+    members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames, intermediate
+    targets, input_frames, target_frame, threads, seed; the same seed gives the same result on the same machine. A
+    checkpoint in `work_directory`, written after each epoch, of the same settings and data is continued as if there had
+    been no break. InputError for a cutoff above half a box edge, RunError if the loss is not finite.
     """
     make_deterministic(settings["seed"], settings["threads"])
     from slurrycast.surrogates import neighbour_network

@@ -1,4 +1,4 @@
-"""Check which predicted slurries lie outside what the training slurries cover at the last input frame.
+"""Check which predicted slurries lie outside the range of the training slurries at the last input frame.
 
 In: frame stores (HDF5) of the training slurries and of those that are predicted.
 Out: a table (CSV) of one row a predicted slurry and quantity: its value, the least and greatest one of the training
@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.analysis.coverage import State, coverage, state
+from slurrycast.analysis.training_range import State, compare_with_training, state
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
@@ -63,7 +63,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Compare every slurry and write the table; those outside are said too."""
     args = parse_args()
-    with measured_cost(args.cost, "check_coverage"):
+    with measured_cost(args.cost, "check_training_range"):
         earlier = range(args.first_frame_seen, args.last_input_frame)
         read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
         training = [own for _, own, _ in read]
@@ -73,10 +73,10 @@ def main() -> None:
             slurry, own, _ = read_state(path, args.last_input_frame)
             if own.particles.phase_names != training[0].particles.phase_names:
                 raise InputError(f"{path}: has other phases than {args.training[0]}")
-            found = coverage(own, training, earlier_g_cm3)
+            found = compare_with_training(own, training, earlier_g_cm3)
             outside = [name for name, values in found.items() if values.outside]
             if outside:
-                print(f"[{slurry}] outside what training covered: {', '.join(outside)}")
+                print(f"[{slurry}] outside the training range: {', '.join(outside)}")
             for name, values in found.items():
                 flag = {"outside": "yes" if values.outside else "no"}
                 rows.append({"slurry": slurry, "role": role, "quantity": name, **asdict(values), **flag})

@@ -1,7 +1,7 @@
-"""What the training slurries cover at the last input frame, and which slurries lie outside of it. Pure numpy.
+"""The range of the training slurries at the last input frame, and which slurries lie outside of it. Pure numpy.
 
 A surrogate that learned from slurries interpolates between them; of a slurry outside it knows nothing. What it has
-seen in earlier frames too, where these slurries were looser, belongs to what is covered.
+seen in earlier frames too, where these slurries were looser, belongs to the range.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -112,7 +112,7 @@ def quantities(slurry: State, types: Mapping[int, tuple[int, float]]) -> dict[st
 
 
 @dataclass(frozen=True)
-class Covered:
+class Compared:
     """A quantity of a slurry beside the least and greatest value of the training slurries."""
 
     value: float
@@ -121,10 +121,10 @@ class Covered:
     outside: bool
 
 
-def covered(value: Value, training: Sequence[Value]) -> Covered:
+def compare(value: Value, training: Sequence[Value]) -> Compared:
     """Compare a slurry with the `training` slurries (one or more); outside if its range does not reach theirs."""
     low, high = min(each.low for each in training), max(each.high for each in training)
-    return Covered(
+    return Compared(
         value.value,
         min(each.value for each in training),
         max(each.value for each in training),
@@ -132,7 +132,9 @@ def covered(value: Value, training: Sequence[Value]) -> Covered:
     )
 
 
-def coverage(slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()) -> dict[str, Covered]:
+def compare_with_training(
+    slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()
+) -> dict[str, Compared]:
     """Compare each quantity of a slurry with those of the training slurries.
 
     `earlier_g_cm3` are densities at which these were seen too, in frames before the last input frame.
@@ -141,4 +143,4 @@ def coverage(slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[f
     known = [quantities(each, types) for each in training]
     ranges = {name: [each[name] for each in known] for name in known[0]}
     ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
-    return {name: covered(value, ranges[name]) for name, value in quantities(slurry, types).items()}
+    return {name: compare(value, ranges[name]) for name, value in quantities(slurry, types).items()}

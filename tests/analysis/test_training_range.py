@@ -1,4 +1,4 @@
-"""What training covered: closed forms, recipes that round differently, and the script on small slurries."""
+"""The training range: closed forms, recipes that round differently, and the script on small slurries."""
 
 import itertools
 import subprocess
@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.analysis.coverage import (
+from slurrycast.analysis.training_range import (
     RATIO_TOLERANCE,
     State,
     Value,
     class_slack,
-    coverage,
-    covered,
+    compare,
+    compare_with_training,
     mean_radius_um,
     mean_range,
     quantities,
@@ -119,7 +119,7 @@ def test_rounding_that_types_allow():
 @given(st.floats(20, 2000), st.floats(20, 2000))
 def test_slurries_of_one_recipe_have_one_composition(mass_pg, training_mass_pg):
     """However their whole particles round it, down to a handful of them; types that are missing in one too."""
-    found = coverage(slurry(mass_pg), [slurry(training_mass_pg)])
+    found = compare_with_training(slurry(mass_pg), [slurry(training_mass_pg)])
     assert not any(
         found[name].outside for name in ("fraction_BDPD", "fraction_NiO", "mean_radius_um", "thickness_ratio")
     )
@@ -138,23 +138,23 @@ def test_another_recipe_is_outside(other, outside):
         phases["NiO"] = PHASES["NiO"] | {"mass_fraction": 1 - other["mass_fraction"]}
     own = slurry(2000.0, phases=phases)
     training = [slurry(2000.0), slurry(1000.0)]
-    found = coverage(own, training)
+    found = compare_with_training(own, training)
     assert outside <= {name for name, values in found.items() if values.outside}
 
 
 def test_exact_quantities_are_outside_by_the_last_digit():
     edge_um = np.nextafter(3.0, 4.0)
     training = [slurry(500.0), slurry(300.0)]
-    assert not any(values.outside for values in coverage(slurry(500.0), training).values())
-    found = coverage(slurry(500.0, (3.0, 3.0, np.nextafter(6.0, 7.0))), training)
+    assert not any(values.outside for values in compare_with_training(slurry(500.0), training).values())
+    found = compare_with_training(slurry(500.0, (3.0, 3.0, np.nextafter(6.0, 7.0))), training)
     assert {name for name, values in found.items() if values.outside} <= {"longest_edge_um", "density_g_cm3"}
     assert found["longest_edge_um"].outside
-    assert coverage(slurry(500.0, (edge_um, edge_um, 6.0)), training)["shortest_edge_um"].outside
+    assert compare_with_training(slurry(500.0, (edge_um, edge_um, 6.0)), training)["shortest_edge_um"].outside
 
 
 def test_size_and_shape_outside():
     training = [slurry(300.0), slurry(500.0, (3.0, 3.0, 3.6))]
-    found = coverage(slurry(700.0, (3.0, 3.0, 7.5)), training)
+    found = compare_with_training(slurry(700.0, (3.0, 3.0, 7.5)), training)
     assert found["particles"].outside
     assert found["particles"].value > found["particles"].training_max > found["particles"].training_min
     assert (found["thickness_ratio"].training_min, found["thickness_ratio"].training_max) == pytest.approx((1.2, 2))
@@ -164,7 +164,10 @@ def test_size_and_shape_outside():
 
 @pytest.mark.parametrize(("factor", "outside"), [(1 + RATIO_TOLERANCE, False), (1 + 4 * RATIO_TOLERANCE, True)])
 def test_rounding_of_the_thickness_ratio(factor, outside):
-    assert coverage(slurry(500.0, (3.0, 3.0, 6.0 * factor)), [slurry(500.0)])["thickness_ratio"].outside == outside
+    assert (
+        compare_with_training(slurry(500.0, (3.0, 3.0, 6.0 * factor)), [slurry(500.0)])["thickness_ratio"].outside
+        == outside
+    )
 
 
 def test_ranges_that_touch_are_inside():
@@ -176,7 +179,7 @@ def test_ranges_that_touch_are_inside():
         (Value(2.3, 2.2, 2.4), False),
         (Value(2.3, 2.21, 2.4), True),
     ):
-        found = covered(value, training)
+        found = compare(value, training)
         assert (found.value, found.training_min, found.training_max) == (value.value, 1.0, 2.0)
         assert found.outside == outside
 
@@ -208,9 +211,9 @@ def frames_of(tmp_path):
 def test_script_writes_the_table(frames_of, command, tmp_path):
     training = [frames_of("T1", slurry(300.0)), frames_of("T2", slurry(500.0, (3.0, 3.0, 7.0)))]
     predicted = [frames_of("V1", slurry(300.0)), frames_of("007", slurry(700.0, (3.0, 3.0, 6.5)))]
-    table, cost = tmp_path / "coverage.csv", tmp_path / "cost.json"
+    table, cost = tmp_path / "training_range.csv", tmp_path / "cost.json"
     words = command(
-        "check_coverage",
+        "check_training_range",
         training=training,
         predicted=predicted,
         roles=["validation", "test"],
@@ -219,7 +222,7 @@ def test_script_writes_the_table(frames_of, command, tmp_path):
         cost=cost,
     )
     said = subprocess.run(words, check=True, capture_output=True, text=True).stdout
-    assert said == "[007] outside what training covered: particles, density_g_cm3\n"
+    assert said == "[007] outside the training range: particles, density_g_cm3\n"
     rows = read_table(table)
     assert list(rows.columns) == ["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"]
     assert list(zip(rows.slurry, rows.role, strict=True)) == [("V1", "validation")] * 8 + [("007", "test")] * 8
@@ -229,17 +232,17 @@ def test_script_writes_the_table(frames_of, command, tmp_path):
     counts = [len(recipe(mass_pg)) for mass_pg in (700.0, 300.0, 500.0)]
     assert own.loc["particles", ["value", "training_min", "training_max"]].tolist() == counts
     assert own.loc["longest_edge_um", ["value", "training_min", "training_max"]].tolist() == [6.5, 6, 7]
-    assert read_cost(cost).stage == "check_coverage"
+    assert read_cost(cost).stage == "check_training_range"
 
 
 def test_densities_of_earlier_frames_belong_to_the_range():
     training = [slurry(500.0), slurry(500.0, (3.0, 3.0, 5.5))]
     looser = slurry(500.0, (3.0, 3.0, 6.6))
-    assert coverage(looser, training)["density_g_cm3"].outside
+    assert compare_with_training(looser, training)["density_g_cm3"].outside
     least = looser.density_g_cm3 * 0.99
-    found = coverage(looser, training, [least, training[0].density_g_cm3])["density_g_cm3"]
+    found = compare_with_training(looser, training, [least, training[0].density_g_cm3])["density_g_cm3"]
     assert (found.outside, found.training_min, found.training_max) == (False, least, training[1].density_g_cm3)
-    assert coverage(looser, training, [least])["longest_edge_um"].outside  # nothing else widens
+    assert compare_with_training(looser, training, [least])["longest_edge_um"].outside  # nothing else widens
 
 
 def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
@@ -254,20 +257,22 @@ def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
     options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
     options |= {"table": tmp_path / "a.csv", "cost": tmp_path / "c.json"}
     for first, outside in ((8, "no"), (9, "no"), (10, "yes")):
-        subprocess.run(command("check_coverage", **options, first_frame_seen=first), check=True)
+        subprocess.run(command("check_training_range", **options, first_frame_seen=first), check=True)
         rows = read_table(tmp_path / "a.csv").set_index("quantity")
         assert rows.outside["density_g_cm3"] == outside
-    done = subprocess.run(command("check_coverage", **options, first_frame_seen=11), capture_output=True, text=True)
+    done = subprocess.run(
+        command("check_training_range", **options, first_frame_seen=11), capture_output=True, text=True
+    )
     assert done.returncode == 2
     assert done.stderr == "error: --first-frame-seen 11: must be from 0 to --last-input-frame 10\n"
 
 
 def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):
     options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10}
-    options |= {"table": tmp_path / "coverage.csv", "cost": tmp_path / "cost.json"}
+    options |= {"table": tmp_path / "training_range.csv", "cost": tmp_path / "cost.json"}
 
     def error(path, **changes) -> str:
-        words = command("check_coverage", predicted=path, **{**options, "roles": "test", **changes})
+        words = command("check_training_range", predicted=path, **{**options, "roles": "test", **changes})
         return subprocess.run(words, capture_output=True, text=True).stderr
 
     other = frames_of("1", slurry(300.0, phases={"Ni": PHASES["BDPD"], "NiO": PHASES["NiO"]}))
@@ -275,14 +280,16 @@ def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):
     late = frames_of("2", slurry(300.0), number=11)
     assert error(late) == f"error: {late}: frame 10 is not in the file, which holds frames 11 to 11\n"
     assert error(late, roles=["test", "new"]).endswith("1 --predicted but 2 --roles: one each is needed\n")
-    assert not (tmp_path / "coverage.csv").exists()
+    assert not (tmp_path / "training_range.csv").exists()
 
 
 def test_table_reads_back_as_it_was_compared(frames_of, command, tmp_path):
     """9 digits in the table do not decide what is outside: the numbers are compared before."""
     path = frames_of("T1", slurry(300.0))
     options = {"training": path, "predicted": path, "roles": "new", "last_input_frame": 10}
-    subprocess.run(command("check_coverage", **options, table=tmp_path / "a.csv", cost=tmp_path / "c.json"), check=True)
+    subprocess.run(
+        command("check_training_range", **options, table=tmp_path / "a.csv", cost=tmp_path / "c.json"), check=True
+    )
     rows = read_table(tmp_path / "a.csv")
     assert set(rows.outside) == {"no"}
     pd.testing.assert_series_equal(rows.value, rows.training_min, check_names=False)
