@@ -73,7 +73,7 @@ localrules:
     compute_front,
     compare_at_equal_cost,
     fit_costs,
-    compare_study_costs,
+    compare_article_costs,
     plot_skill,
     plot_structure,
     plot_front,

@@ -7,7 +7,8 @@ Out: a table (CSV) of one row a surrogate, slurry and number of steps: overlap_m
 (Ri + Rj) over the contacts of the prediction, before relaxation), density_error (density / density of the DEM - 1),
 density_in_sd (its size in standard deviations of DEM runs with other seeds), rdf_in_spread (mean |g - g_dem| of all
 particles over the mean difference between two such runs, over the bins that the DEM and all relaxations of the
-prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, RDF within --rdf-bar.
+prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, RDF within
+--rdf-tolerance.
 """
 
 import argparse
@@ -57,7 +58,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um, as of the curves")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um, as of the curves")
-    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
     parser.add_argument("--table", type=Path, required=True, help="out: table of all relaxations (CSV)")
     parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
@@ -96,7 +97,9 @@ def main() -> None:
                 own[own.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
             )
             dem = Structure(density_g_cm3, curve)
-            errors = relaxation_errors(by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_bar)
+            errors = relaxation_errors(
+                by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_tolerance
+            )
             names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
             tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
         table = pd.concat(tables)

@@ -49,13 +49,13 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
         axis.set_minor_locator(NullLocator())
 
 
-def draw_relaxation(table: pd.DataFrame, rdf_bar: float) -> Figure:
-    """Draw both panels; `table` is tables/relaxation.csv, `rdf_bar` the band of the RDF in replica spreads."""
+def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
+    """Draw both panels; `table` is tables/relaxation.csv, `rdf_tolerance` the band of the RDF in replica spreads."""
     labels = main_labels(list(dict.fromkeys(table.surrogate)))
     colours = surrogate_colours(labels)
     figure = new_figure(10.0, 5.0)
     panels = figure.subplots(1, len(PANELS))
-    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": rdf_bar}
+    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": rdf_tolerance}
     for axes, (column, (title, ylabel)) in zip(panels, PANELS.items(), strict=True):
         draw_panel(axes, mean_errors(table, column, labels), bands[column], colours)
         axes.set(title=f"{title} (band: {bands[column]:g})", ylabel=ylabel)
@@ -67,7 +67,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--relaxation", type=input_file, required=True, help="in: tables/relaxation.csv")
-    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
     parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
     return parser.parse_args()
 
@@ -78,7 +78,7 @@ def main() -> None:
     table = read_table(args.relaxation)
     if table.empty:
         raise InputError(f"{args.relaxation}: no relaxation in it")
-    save_figure(draw_relaxation(table, args.rdf_bar), args.figure)
+    save_figure(draw_relaxation(table, args.rdf_tolerance), args.figure)
 
 
 if __name__ == "__main__":

@@ -21,9 +21,9 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--run", required=True, help="name of the run, for the title")
     parser.add_argument("--networks", nargs="*", default=[], help="labels to hold against affine and early_dem")
     parser.add_argument(
-        "--density-bar", type=float, required=True, help="largest density error, as a share of the DEM's"
+        "--density-tolerance", type=float, required=True, help="largest density error, as a share of the DEM's"
     )
-    parser.add_argument("--rdf-bar", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
     parser.add_argument("--relaxed-for", required=True, type=json.loads, help="JSON: steps of relaxation by label")
     parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
     parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
@@ -32,7 +32,7 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
     parser.add_argument("--equal-cost", type=input_file, required=True, help="in: tables/equal_cost.csv")
     parser.add_argument("--cost-scaling", type=input_file, required=True, help="in: tables/cost_scaling.csv")
-    parser.add_argument("--study-costs", type=input_file, required=True, help="in: tables/study_costs.csv")
+    parser.add_argument("--article-costs", type=input_file, required=True, help="in: tables/article_costs.csv")
     parser.add_argument("--ablation", type=input_file, help="in: tables/ablation.csv, where the run has one")
     parser.add_argument("--relaxation", type=input_file, help="in: tables/relaxation.csv, where the run has one")
     parser.add_argument(
@@ -47,13 +47,13 @@ def main() -> None:
     """Read everything and write the page."""
     args = parse_args()
     equilibrium = read_equilibrium(args.equilibrium)
-    tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
+    tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
     evaluation = Evaluation(
         run=args.run,
         roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
         networks=args.networks,
-        density_bar=args.density_bar,
-        rdf_bar=args.rdf_bar,
+        density_tolerance=args.density_tolerance,
+        rdf_tolerance=args.rdf_tolerance,
         relaxed_for=args.relaxed_for,
         **{name: read_table(getattr(args, name)) for name in tables},
         ablation=read_table(args.ablation) if args.ablation else None,

@@ -1,8 +1,10 @@
-"""Plot the final density of each slurry, the DEM's and that of every surrogate's hybrid chain (the study's Table 3).
+"""Plot the final density of each slurry, the DEM's and that of every surrogate's hybrid chain (the reference article's
+Table 3).
 
 In: tables/density_volume.csv (columns surrogate, slurry, model, density_g_cm3); DEM rows have the surrogate `-`.
-Out: PNG. Upper panel: densities, with the study's values for the slurry of the same number; lower panel: how far each
-hybrid density is from that of the DEM, in percent, on a scale that is linear up to 1 % and logarithmic beyond.
+Out: PNG. Upper panel: densities, with the reference article's values for the slurry of the same number; lower panel:
+how far each hybrid density is from that of the DEM, in percent, on a scale that is linear up to 1 % and logarithmic
+beyond.
 """
 
 import argparse
@@ -14,8 +16,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
-from slurrycast.report import study
-from slurrycast.report.figures import DEM, FAINT, STUDY, new_figure, save_figure, surrogate_colours
+from slurrycast.report import reference_article as article
+from slurrycast.report.figures import ARTICLE, DEM, FAINT, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
@@ -30,7 +32,10 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
         model: pd.Series({slurry: structure.density_g_cm3 for slurry, structure in structures.items()}).reindex(
             slurries
         )
-        for model, structures in (("DEM", study.DEM_STRUCTURE), ("hybrid", study.HYBRID_STRUCTURE))
+        for model, structures in (
+            ("DEM", article.DEM_STRUCTURE),
+            ("hybrid", article.HYBRID_STRUCTURE),
+        )
     }
     figure = new_figure(max(6.5, 1.2 + 1.05 * len(slurries)), 6.2 if dem.notna().any() else 3.9)
     upper, *lower = figure.subplots(2 if dem.notna().any() else 1, 1, sharex=True, squeeze=False)[:, 0]
@@ -45,9 +50,9 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
         for axes in lower:
             axes.plot(places + shift, 100 * (hybrid / dem - 1), "o", color=colour, ms=6.5)
     if known:
-        style = {"color": STUDY, "mfc": "white", "mew": 1.4, "ms": 6}
+        style = {"color": ARTICLE, "mfc": "white", "mew": 1.4, "ms": 6}
         for model, marker in (("DEM", "D"), ("hybrid", "o")):
-            label = f"{model} of the study (larger scale)"
+            label = f"{model} of the reference article (larger scale)"
             upper.plot(places + shifts[-1], theirs[model], marker, label=label, **style)
         for axes in lower:
             axes.plot(places + shifts[-1], 100 * (theirs["hybrid"] / theirs["DEM"] - 1), "o", **style)

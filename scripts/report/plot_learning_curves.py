@@ -1,4 +1,5 @@
-"""Plot the learning curves of one surrogate (the study's Fig. 2): MSE and MAE on training and validation particles.
+"""Plot the learning curves of one surrogate (the reference article's Fig. 2): MSE and MAE on training and validation
+particles.
 
 In: history.csv with columns epoch, loss (MSE, um2), mae (um), val_loss, val_mae; without rows for a model that came
 without learning curves.

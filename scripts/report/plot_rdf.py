@@ -1,4 +1,5 @@
-"""Plot the radial distribution functions (the study's Fig. 6): the DEM's and every surrogate's relaxed structure.
+"""Plot the radial distribution functions (the reference article's Fig. 6): the DEM's and every surrogate's relaxed
+structure.
 
 In: curves of every surrogate and slurry (CSV), in any order, with columns surrogate, slurry, pair, r_um, g_dem,
 g_relaxed (g_dem is empty for a slurry that the DEM did not run to the end), and tables/rdf_errors.csv (columns

@@ -1,4 +1,4 @@
-"""Draw the workflow as a diagram (the study's Fig. 1) from the rules themselves.
+"""Draw the workflow as a diagram (the reference article's Fig. 1) from the rules themselves.
 
 In: the graph of the rules in DOT, as `snakemake --rulegraph` prints it.
 Out: PNG; one box a rule, in layers from the recipe at the top to the report at the bottom. Arrows that others imply are

@@ -1,4 +1,5 @@
-"""Picture the microstructures of one slurry side by side: target, predicted and relaxed (the study's Fig. 4).
+"""Picture the microstructures of one slurry side by side: target, predicted and relaxed (the reference article's Fig.
+4).
 
 In: predicted.h5 and relaxed.h5 of the hybrid chain and, if the DEM was run to the end, its frames (H5MD, um).
 Out: PNG; all structures wrapped into their own box, spheres at true size coloured by phase, box outline, thickness Lz,

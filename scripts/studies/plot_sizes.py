@@ -3,7 +3,8 @@
 In: tables/size_errors.csv of one run or several, such as one with the same damping time for all sizes and one with
 damping times that let all sizes shrink at the same rate.
 Out: PNG; a point is one slurry, its marker tells the thickness ratio, and a line joins the means of each surrogate. The
-points of a size stand side by side, not on one another. The dashed line is the final volume of slurry 6 in the study.
+points of a size stand side by side, not on one another. The dashed line is the final volume of slurry 6 in the
+reference article.
 """
 
 import argparse
@@ -18,21 +19,21 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from slurrycast.data.tables import read_table
-from slurrycast.report import study
-from slurrycast.report.figures import INK, STUDY, new_figure, save_figure, surrogate_colours
+from slurrycast.report import reference_article as article
+from slurrycast.report.figures import ARTICLE, INK, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vP*X"
 SPREAD = 0.06  # the points of a size are spread over this share of its number of particles to both sides
-STUDY_ERROR = study.HYBRID_STRUCTURE["6"].volume_um3 / study.DEM_STRUCTURE["6"].volume_um3 - 1
-STUDY_LABEL = f"study, slurry 6: {100 * STUDY_ERROR:+.0f} %".replace("-", "−")
+ARTICLE_ERROR = article.HYBRID_STRUCTURE["6"].volume_um3 / article.DEM_STRUCTURE["6"].volume_um3 - 1
+ARTICLE_LABEL = f"reference article, slurry 6: {100 * ARTICLE_ERROR:+.0f} %".replace("-", "−")
 
 
 def draw_panel(axes: Axes, errors: pd.DataFrame, colours: Mapping[str, str], markers: Mapping[float, str]) -> None:
     """Draw one run; `errors` are rows of tables/size_errors.csv."""
     axes.axhline(0, color=INK, linewidth=0.8, zorder=1)
-    axes.axhline(100 * STUDY_ERROR, color=STUDY, linestyle="--", linewidth=1.2, zorder=1)
+    axes.axhline(100 * ARTICLE_ERROR, color=ARTICLE, linestyle="--", linewidth=1.2, zorder=1)
     aside = np.linspace(1 - SPREAD, 1 + SPREAD, len(colours)) if len(colours) > 1 else [1.0]
     for (label, colour), factor in zip(colours.items(), aside, strict=True):
         own = errors[errors.surrogate == label]
@@ -66,7 +67,7 @@ def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
             Line2D([], [], color=INK, marker=marker, linestyle="none", ms=7, label=f"thickness ratio {ratio:g}")
             for ratio, marker in markers.items()
         ),
-        Line2D([], [], color=STUDY, linestyle="--", label=STUDY_LABEL),
+        Line2D([], [], color=ARTICLE, linestyle="--", label=ARTICLE_LABEL),
     ]
     figure.legend(handles=legend, loc="outside right center")
     return figure

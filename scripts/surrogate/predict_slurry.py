@@ -24,7 +24,7 @@ from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.work_folder import work_folder
-from slurrycast.surrogates.question import Continuation, Question
+from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 
 def parse_args() -> argparse.Namespace:
@@ -64,7 +64,7 @@ def parse_args() -> argparse.Namespace:
 _CONTINUATION = ("restart", "inputs", "coefficients", "work")
 
 
-def question_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameStore) -> Question:
+def prediction_input_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameStore) -> PredictionInput:
     """What the surrogate is asked: the input frames, and what its kind needs beside them."""
     frames = tuple(store.frame(k) for k in args.input_frames)
     final_edges_um = continuation = None
@@ -80,7 +80,7 @@ def question_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameSt
         launcher = Launcher(args.executable, args.launcher, args.ranks)
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
         continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
-    return Question(str(store.attributes["slurry"]), store.particles, frames, final_edges_um, continuation)
+    return PredictionInput(str(store.attributes["slurry"]), store.particles, frames, final_edges_um, continuation)
 
 
 def advice(surrogate: ModuleType) -> str:
@@ -100,9 +100,9 @@ def main() -> None:
         slurry = str(store.attributes["slurry"])
         with measured_cost(args.cost, "predict_slurry", args.surrogate, slurry) as cost:
             cost.particles = len(store.particles)
-            question = question_for(args, surrogate, store)
-            prediction = surrogate.predict(question, args.model, {**args.settings, **label.settings})
-            predicted_um, spread_um, last = prediction.position_um, prediction.spread_um, question.last
+            inputs = prediction_input_for(args, surrogate, store)
+            prediction = surrogate.predict(inputs, args.model, {**args.settings, **label.settings})
+            predicted_um, spread_um, last = prediction.position_um, prediction.spread_um, inputs.last
             source = args.model or args.surrogate
             if not np.isfinite(predicted_um).all():
                 raise RunError(f"{source}: predicts coordinates of slurry {slurry} that are not finite")
@@ -111,7 +111,7 @@ def main() -> None:
             if surrogate.BOX_RULE == "scale_of_prediction":
                 edges_um = last.edges_um * final_box.scale_of_prediction(predicted_um, last.position_um)
             elif surrogate.BOX_RULE == "mean_packing_fraction":
-                edges_um = question.final_edges_um
+                edges_um = inputs.final_edges_um
             elif surrogate.BOX_RULE == "last_frame":
                 edges_um = last.edges_um
             else:

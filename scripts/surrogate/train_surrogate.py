@@ -63,7 +63,7 @@ def parse_args() -> argparse.Namespace:
 _NEEDED = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
 
 
-def lessons(surrogate: ModuleType, args: argparse.Namespace, settings: Mapping) -> tuple[tuple, int]:
+def examples(surrogate: ModuleType, args: argparse.Namespace, settings: Mapping) -> tuple[tuple, int]:
     """What the surrogate learns from, as the first arguments of its `fit`, and how many particles these are."""
     if surrogate.LEARNS_FROM == "samples":
         training_set = read_training_set(args.dataset)
@@ -100,7 +100,7 @@ def main() -> None:
     known = [*map(checksum, sources), args.surrogate, settings, *code_of(label.name)]
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
-        learned, cost.particles = lessons(surrogate, args, settings)
+        learned, cost.particles = examples(surrogate, args, settings)
         model, history = work.path / args.model.name, work.path / args.history.name
         if work.finished("training"):
             print(f"[{args.surrogate}] trained by an earlier attempt")

@@ -377,7 +377,7 @@ BAD_VALUES = {
         ),
         ("analysis.rdf_bins", 0, "analysis.rdf_bins = 0: must be a whole number at least 1 and at most 1000000"),
         ("evaluation.replicas", 1, "evaluation.replicas = 1: must be a whole number at least 2 and at most 1000"),
-        ("evaluation.rdf_bar", 0, "evaluation.rdf_bar = 0: must be a number above 0 and at most 1000"),
+        ("evaluation.rdf_tolerance", 0, "evaluation.rdf_tolerance = 0: must be a number above 0 and at most 1000"),
     ],
     "particles, fractions and boxes that cannot be": [
         (

@@ -15,7 +15,6 @@ import write_evaluation
 from slurrycast.evaluation.verdicts import deviations, quantity_name
 from slurrycast.report.evaluation_report import (
     Evaluation,
-    bar_sentences,
     better_for_less_sentences,
     equal_cost_sentences,
     evaluation_html,
@@ -26,6 +25,7 @@ from slurrycast.report.evaluation_report import (
     relaxation_sentence,
     skill_sentences,
     tie_sentences,
+    tolerance_sentences,
     uncertainty_sentences,
 )
 from slurrycast.report.figures import main_labels
@@ -108,8 +108,8 @@ def evaluation(tmp_path) -> Evaluation:
         run="unit",
         roles=ROLES | {"T1": "train"},
         networks=["net"],
-        density_bar=0.01,
-        rdf_bar=2.0,
+        density_tolerance=0.01,
+        rdf_tolerance=2.0,
         relaxed_for=dict.fromkeys(("persistence", "affine", "affine_f02", "early_dem_x2"), 3500) | {"net": 2000},
         skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
         noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
@@ -125,12 +125,12 @@ def evaluation(tmp_path) -> Evaluation:
         cost_scaling=pd.DataFrame(
             [{"surrogate": "net", "clock": clock} | scaling | pays for clock in ("wall_s", "cpu_s")]
         ),
-        study_costs=pd.DataFrame(
+        article_costs=pd.DataFrame(
             [
                 ("net", 7, "full DEM", "min", 1230.0, np.nan, 0.48),
                 ("affine", 7, "full DEM", "min", 1230.0, np.nan, 0.47),
             ],
-            columns=["surrogate", "slurries", "term", "unit", "study", "study_says", "ours"],
+            columns=["surrogate", "slurries", "term", "unit", "article", "article_says", "ours"],
         ),
         ablation=None,
         relaxation=None,
@@ -236,9 +236,11 @@ def test_best_of_those_that_do_not_go_on_with_the_dem_leaves_out_all_that_do(eva
     (
         one,
         *_,
-    ) = bar_sentences(replace(evaluation, structure_errors=table))
+    ) = tolerance_sentences(replace(evaluation, structure_errors=table))
     assert one.startswith(f"{label} has the lowest mean density error") and "of all surrogates" in one
-    others = [said for said in bar_sentences(replace(evaluation, structure_errors=table)) if "do not go on" in said]
+    others = [
+        said for said in tolerance_sentences(replace(evaluation, structure_errors=table)) if "do not go on" in said
+    ]
     assert [said.split()[0] for said in others] == ["net"]
 
 
@@ -302,12 +304,12 @@ def test_without_replicas_nothing_is_in_their_units(evaluation):
     unknown = replace(evaluation, structure_errors=evaluation.structure_errors.assign(replica_sd=np.nan))
     (sentence,) = tie_sentences(unknown)
     assert sentence.endswith("How much that is against the scatter of replicas is not known.")
-    assert "no test slurry to judge it on" in bar_sentences(unknown)[2]
+    assert "no test slurry to judge it on" in tolerance_sentences(unknown)[2]
     assert "is not known" in evaluation_html(unknown)
 
 
 def test_bars_are_met_by_the_best_of_the_validation_slurries(evaluation):
-    sentences = bar_sentences(evaluation)
+    sentences = tolerance_sentences(evaluation)
     assert sentences[0] == (
         "early_dem_x2 has the lowest mean density error after relaxation on the validation slurries, of all surrogates."
     )
@@ -325,7 +327,7 @@ def test_missed_bars_are_named(evaluation):
     rdf = (rows.slurry == "2") & (rows.quantity == "rdf_NiO-8YSZ") & (rows.stage == "relaxed")
     rows.loc[density, "value"] = 2.24 * 0.97
     rows.loc[rdf, "value"] = 0.05 * 3.21
-    sentences = bar_sentences(replace(evaluation, structure_errors=rows))
+    sentences = tolerance_sentences(replace(evaluation, structure_errors=rows))
     assert len(sentences) == 3  # no early_dem: one choice
     assert "met on 3 of 4 test slurries, missed on slurry 6 (3.00%)" in sentences[1]
     assert "met in 7 of 8 cases (pair and test slurry), missed for NiO-8YSZ on slurry 2 (3.21)" in sentences[2]
@@ -333,7 +335,7 @@ def test_missed_bars_are_named(evaluation):
 
 def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(evaluation):
     roles = dict.fromkeys(TEST, "test")
-    assert bar_sentences(replace(evaluation, roles=roles))[0].endswith(
+    assert tolerance_sentences(replace(evaluation, roles=roles))[0].endswith(
         "on the test slurries, of all surrogates; without validation slurries it was picked on those it is judged on."
     )
 
@@ -476,7 +478,7 @@ class Addresses(HTMLParser):
 def test_page_from_files(tmp_path, evaluation, monkeypatch):
     tables = {
         name: getattr(evaluation, name)
-        for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "study_costs")
+        for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
     }
     roles = pd.Series(evaluation.roles, name="role").rename_axis("slurry").reset_index()
     tables["equilibrium"] = roles.assign(warning="")
@@ -484,7 +486,17 @@ def test_page_from_files(tmp_path, evaluation, monkeypatch):
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    words = ["write_evaluation", "--run", "unit", "--networks", "net", "--density-bar", "0.01", "--rdf-bar", "2"]
+    words = [
+        "write_evaluation",
+        "--run",
+        "unit",
+        "--networks",
+        "net",
+        "--density-tolerance",
+        "0.01",
+        "--rdf-tolerance",
+        "2",
+    ]
     words += ["--relaxed-for", json.dumps(evaluation.relaxed_for)]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)

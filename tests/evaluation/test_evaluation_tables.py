@@ -266,7 +266,7 @@ def relaxations(tmp_path, noise, replica_curves):
     return [
         *("--relaxed", *stores, "--relaxation-costs", *costs, "--structure", measured, "--noise", noise),
         *("--dem-structure", of_dem[0], "--dem-rdf", of_dem[1], "--replica-rdf", *replica_curves),
-        *("--cutoff-um", 0.6, "--bins", 6, "--rdf-bar", 3),
+        *("--cutoff-um", 0.6, "--bins", 6, "--rdf-tolerance", 3),
     ]
 
 

@@ -33,21 +33,21 @@ DEM = Structure(2.0, curve([1.0, 1.0, 1.0, 1.0]))
 def test_errors_in_units_of_the_replicas():
     relaxed = {500: Structure(2.03, curve([1.1, 0.9, 1.1])), 100: Structure(1.98, curve([1.9, 1.9, 1.9, 9.0]))}
     # 100 particles scatter twice as much as 400: 0.02 g/cm3, and 0.4 over the three bins that all have
-    rows = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_bar=2.0)
+    rows = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_tolerance=2.0)
     assert list(rows.steps) == [100, 500]
     np.testing.assert_allclose(rows.density_error, [-0.01, 0.015])
     np.testing.assert_allclose(rows.density_in_sd, [1.0, 1.5])
     np.testing.assert_allclose(rows.rdf_in_spread, [0.9 / 0.4, 0.1 / 0.4])
     assert rows.within_band.tolist() == [False, True]  # 2.25 spreads in the RDF
-    wider = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_bar=2.5)
+    wider = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_tolerance=2.5)
     assert wider.within_band.tolist() == [True, True]
     # four times the particles scatter half as much: 3 sd
-    assert not relaxation_errors(relaxed, DEM, 400, NOISE, REPLICAS, rdf_bar=99.0).within_band[1]
+    assert not relaxation_errors(relaxed, DEM, 400, NOISE, REPLICAS, rdf_tolerance=99.0).within_band[1]
 
 
 def test_a_scatter_of_zero_measures_nothing():
     silent = Noise("noise.csv", NOISE.table.assign(sd=0.0))
-    rows = relaxation_errors({1: DEM}, DEM, 400, silent, REPLICAS, rdf_bar=2.0)
+    rows = relaxation_errors({1: DEM}, DEM, 400, silent, REPLICAS, rdf_tolerance=2.0)
     assert np.isnan(rows.density_in_sd[0])
     assert not rows.within_band[0]
 
@@ -96,7 +96,7 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
     drawn = {}
     original = plot_relaxation.draw_relaxation
     monkeypatch.setattr(plot_relaxation, "draw_relaxation", lambda *given: drawn.setdefault("figure", original(*given)))
-    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-bar", "3"]
+    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-tolerance", "3"]
     monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
     plot_relaxation.main()
     density, rdf = drawn["figure"].axes
@@ -114,7 +114,7 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
 
 def test_an_empty_table_is_refused(tmp_path, monkeypatch):
     table({}).to_csv(tmp_path / "relaxation.csv", index=False)
-    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-bar", "3"]
+    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-tolerance", "3"]
     monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
     with pytest.raises(plot_relaxation.InputError, match="no relaxation in it"):
         plot_relaxation.main()

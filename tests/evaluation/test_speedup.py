@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import linregress
 
-import compare_study_costs
+import compare_article_costs
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.speedup import (
     HYBRID_PARTS,
@@ -190,10 +190,10 @@ def test_steps_of_the_command_line():
 
 def test_terms_of_the_study():
     own = compare_costs(cost_table(("net",)), EQUILIBRIUM, RUNS, STEPS).dropna(subset=["dem"])
-    rows = compare_study_costs.terms(own).set_index("term")
-    assert rows.study["full DEM / hybrid"] == 41
+    rows = compare_article_costs.terms(own).set_index("term")
+    assert rows.article["full DEM / hybrid"] == 41
     # 1230 min for 6 000 000 steps: the 500 000 up to the last input frame would be 102.5 min
-    assert rows.study["the same with the DEM to the last input frame"] == pytest.approx(1230 / 132.5)
+    assert rows.article["the same with the DEM to the last input frame"] == pytest.approx(1230 / 132.5)
     assert rows.ours["full DEM"] == pytest.approx(183.5 / 60)
     hybrid_s = 0.5 + 13.0 + EXTRACTION_S["net"] + 15.0
     assert rows.ours["full DEM / hybrid"] == pytest.approx(183.5 / hybrid_s)
@@ -206,8 +206,8 @@ def test_terms_of_the_study():
 
 
 def test_the_tables_are_written(tmp_path, command):
-    """compare_costs, fit_costs and compare_study_costs, one after the other."""
-    paths = {name: tmp_path / f"{name}.csv" for name in ("cost", "equilibrium", "speedup", "scaling", "study")}
+    """compare_costs, fit_costs and compare_article_costs, one after the other."""
+    paths = {name: tmp_path / f"{name}.csv" for name in ("cost", "equilibrium", "speedup", "scaling", "article")}
     cost_table().to_csv(paths["cost"], index=False)
     EQUILIBRIUM.to_csv(paths["equilibrium"], index=False)
     runs = []
@@ -232,18 +232,18 @@ def test_the_tables_are_written(tmp_path, command):
             table=paths["scaling"],
         ),
         command(
-            "compare_study_costs",
+            "compare_article_costs",
             speedup=paths["speedup"],
             equilibrium=paths["equilibrium"],
-            table=paths["study"],
+            table=paths["article"],
         ),
     ):
         subprocess.run(words, check=True)
-    speedup, fitted, study = (read_table(paths[name]) for name in ("speedup", "scaling", "study"))
+    speedup, fitted, article = (read_table(paths[name]) for name in ("speedup", "scaling", "article"))
     assert list(speedup.clock) == ["wall_s"] * 6 + ["cpu_s"] * 6
     assert list(zip(fitted.surrogate, fitted.clock, strict=True)) == [
         (label, clock) for clock in ("wall_s", "cpu_s") for label in STEPS
     ]
     assert fitted.training_s.tolist() == [500, 0, 250, 0]
-    assert set(study.surrogate) == set(STEPS)
-    assert set(study.slurries) == {2}
+    assert set(article.surrogate) == set(STEPS)
+    assert set(article.slurries) == {2}

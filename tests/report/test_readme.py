@@ -11,7 +11,7 @@ import pytest
 from reference_results import read_reference
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.relaxation import enough_steps
-from slurrycast.report import study
+from slurrycast.report import reference_article
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_the_affine_error_of_one_slurry_can_be_computed_anew(reference):
     from slurrycast.data.frames import read_frames
     from slurrycast.dem.recipe import sphere_volume_um3
     from slurrycast.surrogates import affine
-    from slurrycast.surrogates.question import Question
+    from slurrycast.surrogates.prediction import PredictionInput
 
     folder = reference / "reduced"
     packing_fraction = json.loads((folder / "packing_fraction.json").read_text())["mean"]
@@ -77,7 +77,7 @@ def test_the_affine_error_of_one_slurry_can_be_computed_anew(reference):
         last, target = (store.frame(int(k)) for k in store.frame_numbers)
         volume_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
         edges_um = last.edges_um * scale_to_packing_fraction(packing_fraction, volume_um3, last.edges_um)
-        prediction = affine.predict(Question("2", store.particles, (last,), edges_um), None, {})
+        prediction = affine.predict(PredictionInput("2", store.particles, (last,), edges_um), None, {})
     error = coordinate_errors(target.position_um, prediction.position_um)["all"].mse_um2
     skill = read_table(folder / "tables" / "skill.csv").set_index(["surrogate", "slurry"])
     assert error == pytest.approx(skill.mse_um2["affine", "2"], rel=1e-6)
@@ -135,9 +135,9 @@ def test_noise_and_cost(root, reference):
     assert f"end at {ends.min():.3f} to {ends.max():.3f} g/cm³" in text
 
 
-def study_volume_error() -> float:
-    """Of the study's slurry 6: hybrid over DEM, less 1."""
-    return study.HYBRID_STRUCTURE["6"].volume_um3 / study.DEM_STRUCTURE["6"].volume_um3 - 1
+def article_volume_error() -> float:
+    """Of the reference article's slurry 6: hybrid over DEM, less 1."""
+    return reference_article.HYBRID_STRUCTURE["6"].volume_um3 / reference_article.DEM_STRUCTURE["6"].volume_um3 - 1
 
 
 def test_predicted_volumes(root, reference):
@@ -148,10 +148,10 @@ def test_predicted_volumes(root, reference):
     for label in ("linear", "vgg16"):
         small, large = volume_error[label, "3"], volume_error[label, "6"]
         assert f"`{label}` {small:+.1%} for slurry 3 (1 unit) and {large:+.1%} for slurry 6 (5 units)" in text
-    assert f"The study's slurry 6 errs the other way, {100 * study_volume_error():.0f} %" in text
-    volumes = study.HYBRID_STRUCTURE["6"].volume_um3, study.DEM_STRUCTURE["6"].volume_um3
+    assert f"The reference article's slurry 6 errs the other way, {100 * article_volume_error():.0f} %" in text
+    volumes = reference_article.HYBRID_STRUCTURE["6"].volume_um3, reference_article.DEM_STRUCTURE["6"].volume_um3
     assert "{:,} against {:,} µm³".format(*volumes) in text
-    assert f"its slurry 6 is {-100 * study_volume_error():.0f} % too small" in text
+    assert f"its slurry 6 is {-100 * article_volume_error():.0f} % too small" in text
 
 
 def test_sizes(root, reference):
@@ -177,7 +177,7 @@ def test_sizes(root, reference):
         assert small.max() < 0 < large.min()
         assert f"`{label}` {span(same.predicted_volume_error)}" in text
         largest = max(largest, abs(same.predicted_volume_error).max())
-    assert largest < 0.04 < abs(study_volume_error())  # neither makes the study's error
+    assert largest < 0.04 < abs(article_volume_error())  # neither makes the reference article's error
     shares = [f"{table.outside_share.max():.0%}" for table in errors]
     assert f"up to {shares[0]} of them are with one clock, and up to {shares[1]} at the same rate" in text
 
@@ -234,8 +234,8 @@ def test_sentences_on_the_results(root, reference):
     rdf = relaxed[relaxed.quantity.str.startswith("rdf_")]
     assert f"within {(rdf.value / rdf.replica_sd).max():.1f} times the replicas' difference" in text
     theirs = [
-        abs(hybrid.density_g_cm3 / study.DEM_STRUCTURE[slurry].density_g_cm3 - 1)
-        for slurry, hybrid in study.HYBRID_STRUCTURE.items()
+        abs(hybrid.density_g_cm3 / reference_article.DEM_STRUCTURE[slurry].density_g_cm3 - 1)
+        for slurry, hybrid in reference_article.HYBRID_STRUCTURE.items()
     ]
     assert f"reports {100 * sum(theirs) / len(theirs):.1f} % on average and {100 * max(theirs):.0f} %" in text
 

@@ -13,16 +13,16 @@ from matplotlib.image import imsave
 
 from slurrycast.evaluation.speedup import HYBRID_PARTS, dem_seconds, time_unit
 from slurrycast.evaluation.verdicts import TIE_RULE, judged, judged_list
+from slurrycast.report import reference_article
 from slurrycast.report.network_table import read_network
 from slurrycast.report.page import duration, listed, span
 from slurrycast.report.report import (
     Results,
+    article_differences,
     extrapolations,
     gain_over_affine,
     relaxed_for,
     report_html,
-    study,
-    study_differences,
     warnings,
 )
 from slurrycast.runtime.files import InputError
@@ -325,7 +325,7 @@ def test_report_holds_the_numbers_and_loads_nothing(results):
         "3,500 of affine; 2,000 of net",
     ):
         assert expected in text, expected
-    theirs = study.COORDINATE_ERRORS["6"], study.HYBRID_STRUCTURE["6"]
+    theirs = reference_article.COORDINATE_ERRORS["6"], reference_article.HYBRID_STRUCTURE["6"]
     for expected in (
         str(theirs[0].mse_um2),
         str(theirs[0].r2),
@@ -556,8 +556,8 @@ def test_verdicts():
     assert judged_list(verdicts) == "worse in d; better in b; a tie in a and c"
 
 
-def test_study_differences_are_the_published_ones():
-    differences = study_differences()
+def test_article_differences_are_the_published_ones():
+    differences = article_differences()
     assert differences.abs().mean() == pytest.approx(0.15, abs=0.005)
     assert differences.abs().idxmax() == "6"
     assert differences["6"] == pytest.approx(0.54, abs=0.005)

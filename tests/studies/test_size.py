@@ -206,7 +206,7 @@ def test_figure(tmp_path):
         levels = [line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"]
         assert levels == pytest.approx([100 * (16443 / 20390 - 1)])
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
-        *("affine", "vgg16", "thickness ratio 1", "thickness ratio 3.5", "study, slurry 6: −19 %"),
+        *("affine", "vgg16", "thickness ratio 1", "thickness ratio 3.5", "reference article, slurry 6: −19 %"),
     ]
     save_figure(figure, tmp_path / "sizes.png")
     assert np.mean(np.any(imread(tmp_path / "sizes.png")[..., :3] < 0.9, axis=-1)) > 0.01

@@ -11,14 +11,14 @@ from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime.files import RunError
 from slurrycast.surrogates import driven_dem
-from slurrycast.surrogates.question import Continuation, Question
+from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 FIRST, TARGET = 10, 120
 
 
 @pytest.fixture
-def question(slurry, tmp_path):
-    """A question that ends at frame 10, with the final box given by edges, or that of the target frame."""
+def prediction_input(slurry, tmp_path):
+    """An input that ends at frame 10, with the final box given by edges, or that of the target frame."""
 
     def build(edges_um=None):
         work = tmp_path / "work folder"
@@ -29,18 +29,18 @@ def question(slurry, tmp_path):
         with read_frames(slurry / "frames.h5") as store:
             frames = tuple(store.frame(k) for k in range(FIRST - 3, FIRST + 1))
             final_edges_um = store.frame(TARGET).edges_um if edges_um is None else edges_um
-            return Question("A", store.particles, frames, final_edges_um, continuation)
+            return PredictionInput("A", store.particles, frames, final_edges_um, continuation)
 
     return build
 
 
-def moved_um(position_um: np.ndarray, asked: Question) -> np.ndarray:
+def moved_um(position_um: np.ndarray, asked: PredictionInput) -> np.ndarray:
     """Displacement (n, 3) from the affine map, without that of the whole slurry."""
     moved = position_um - asked.last.position_um / asked.last.edges_um * asked.final_edges_um
     return moved - moved.mean(axis=0)
 
 
-def largest_overlap(scaled: np.ndarray, asked: Question) -> float:
+def largest_overlap(scaled: np.ndarray, asked: PredictionInput) -> float:
     """Of all pairs in the final box, as a share of the sum of their radii."""
     apart = scaled[:, None] - scaled
     distance_um = np.linalg.norm((apart - np.round(apart)) * asked.final_edges_um, axis=2)
@@ -48,8 +48,8 @@ def largest_overlap(scaled: np.ndarray, asked: Question) -> float:
     return float(np.max(np.where(np.eye(len(scaled)), 0, 1 - distance_um / touch_um)))
 
 
-def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(question):
-    asked = question()
+def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(prediction_input):
+    asked = prediction_input()
     position_um = driven_dem.predict(asked, None, {"steps": 1000}).position_um
     log = read_log(asked.continuation.work / "drive.log")
     np.testing.assert_allclose(log.thermo[-1, -3:], asked.final_edges_um, rtol=1e-9)
@@ -58,16 +58,16 @@ def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(questi
     assert largest_overlap(position_um / asked.final_edges_um, asked) < 0.5 * largest_overlap(affine, asked)
 
 
-def test_is_nearer_to_the_end_of_the_dem_than_the_affine_map(question, slurry):
-    asked = question()
+def test_is_nearer_to_the_end_of_the_dem_than_the_affine_map(prediction_input, slurry):
+    asked = prediction_input()
     driven_um = moved_um(driven_dem.predict(asked, None, {"steps": 1000}).position_um, asked)
     with read_frames(slurry / "frames.h5") as store:
         true_um = moved_um(store.frame(TARGET).position_um, asked)
     assert np.mean((driven_um - true_um) ** 2) < 0.8 * np.mean(true_um**2)
 
 
-def test_box_follows_the_square_of_the_time_that_is_left(question):
-    asked = question()
+def test_box_follows_the_square_of_the_time_that_is_left(prediction_input):
+    asked = prediction_input()
     driven_dem.predict(asked, None, {"steps": 500})
     thermo = read_log(asked.continuation.work / "drive.log").thermo
     left = (thermo[:, -3:] - asked.final_edges_um) / (asked.last.edges_um - asked.final_edges_um)
@@ -76,36 +76,36 @@ def test_box_follows_the_square_of_the_time_that_is_left(question):
     np.testing.assert_allclose(left, np.broadcast_to(expected[:, None], left.shape), atol=1e-6)
 
 
-def test_a_box_of_another_shape_is_reached_too(question):
-    edges_um = question().final_edges_um * np.array([0.99, 1.01, 1.02])
-    asked = question(edges_um)
+def test_a_box_of_another_shape_is_reached_too(prediction_input):
+    edges_um = prediction_input().final_edges_um * np.array([0.99, 1.01, 1.02])
+    asked = prediction_input(edges_um)
     driven_dem.predict(asked, None, {"steps": 200})
     thermo = read_log(asked.continuation.work / "drive.log").thermo
     np.testing.assert_allclose(thermo[-1, -3:], edges_um, rtol=1e-9)
 
 
-def test_lost_contact_history_is_an_error(question, monkeypatch, tmp_path):
+def test_lost_contact_history_is_an_error(prediction_input, monkeypatch, tmp_path):
     """A script that repeats pair_style, as one would from LAMMPS' examples."""
     script = (lammps_run.SCRIPTS / "drive.lmp").read_text()
     repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
     (tmp_path / "drive.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
-    asked = question()
+    asked = prediction_input()
     driven_dem.predict(asked, None, {"steps": 10})
     monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
     with pytest.raises(RunError, match="dropped a part of the restart file"):
         driven_dem.predict(asked, None, {"steps": 10})
 
 
-def test_the_same_question_gets_the_same_answer(question):
-    answers = [driven_dem.predict(question(), None, {"steps": 100}).position_um for _ in range(2)]
+def test_the_same_input_gets_the_same_prediction(prediction_input):
+    answers = [driven_dem.predict(prediction_input(), None, {"steps": 100}).position_um for _ in range(2)]
     np.testing.assert_array_equal(*answers)
 
 
-def test_another_box_than_asked_for_is_an_error(question, monkeypatch):
+def test_another_box_than_asked_for_is_an_error(prediction_input, monkeypatch):
     """Nothing that LAMMPS is known to do; were it to, the prediction would be scaled without a word."""
     from slurrycast.dem import lammps_dump
 
-    asked = question()
+    asked = prediction_input()
     read_dump = lammps_dump.read_dump
 
     def larger(path):
@@ -118,11 +118,11 @@ def test_another_box_than_asked_for_is_an_error(question, monkeypatch):
         driven_dem.predict(asked, None, {"steps": 10})
 
 
-def test_needs_no_frame_but_the_last(question):
-    asked = question()
+def test_needs_no_frame_but_the_last(prediction_input):
+    asked = prediction_input()
     only: tuple[Frame, ...] = asked.frames[-1:]
     one = driven_dem.predict(asked, None, {"steps": 50}).position_um
     other = driven_dem.predict(
-        Question("A", asked.particles, only, asked.final_edges_um, asked.continuation), None, {"steps": 50}
+        PredictionInput("A", asked.particles, only, asked.final_edges_um, asked.continuation), None, {"steps": 50}
     )
     np.testing.assert_array_equal(one, other.position_um)

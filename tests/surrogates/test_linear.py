@@ -11,14 +11,14 @@ from slurrycast.data.dataset import TrainingSet, read_training_set, split, write
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import linear
-from slurrycast.surrogates.question import Question
+from slurrycast.surrogates.prediction import PredictionInput
 
 N = 60
 NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
 COEFFICIENTS = np.array([0.5, -0.25, -1.0, 1.5])
 
 
-def question(places_um: np.ndarray, numbers=(7, 8, 9, 10)) -> Question:
+def prediction_input(places_um: np.ndarray, numbers=(7, 8, 9, 10)) -> PredictionInput:
     """Of coordinates (n, frames, 3)."""
     n = len(places_um)
     one = np.ones(n, dtype=int)
@@ -27,7 +27,7 @@ def question(places_um: np.ndarray, numbers=(7, 8, 9, 10)) -> Question:
         Frame(k, k, float(k), places_um[:, column], places_um[:, column], one, -np.ones(3), 2 * np.ones(3))
         for column, k in enumerate(numbers)
     )
-    return Question("A", particles, tuple(frames))
+    return PredictionInput("A", particles, tuple(frames))
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_exact_coefficients_are_recovered(data, tmp_path):
     np.testing.assert_allclose(model["coefficients"], COEFFICIENTS, atol=1e-12)
     assert max(model["training_mse_um2"], model["validation_mse_um2"]) < 1e-20
     other = np.random.default_rng(3).normal(0, 30, (9, 4, 3))
-    predicted = linear.predict(question(other), tmp_path / "model.json", {})
+    predicted = linear.predict(prediction_input(other), tmp_path / "model.json", {})
     np.testing.assert_allclose(predicted.position_um, np.einsum("nfa,f->na", other, COEFFICIENTS), atol=1e-9)
     assert predicted.edges_um is None
 
@@ -75,8 +75,8 @@ def test_axes_share_their_coefficients_and_prediction_grows_with_the_coordinates
     noisy = replace(data, targets=data.targets + np.random.default_rng(4).normal(0, 3, (N, 3)))
     linear.fit(noisy, {}, tmp_path / "model.json")
     places_um = np.random.default_rng(5).normal(0, 10, (8, 4, 3))
-    predicted = linear.predict(question(places_um), tmp_path / "model.json", {}).position_um
-    turned = linear.predict(question(2.5 * places_um[..., [2, 0, 1]]), tmp_path / "model.json", {}).position_um
+    predicted = linear.predict(prediction_input(places_um), tmp_path / "model.json", {}).position_um
+    turned = linear.predict(prediction_input(2.5 * places_um[..., [2, 0, 1]]), tmp_path / "model.json", {}).position_um
     np.testing.assert_allclose(turned, 2.5 * predicted[:, [2, 0, 1]], rtol=1e-12)
 
 
@@ -84,13 +84,13 @@ def test_models_that_do_not_fit_are_refused(data, tmp_path):
     path = tmp_path / "model.json"
     places_um = np.ones((2, 4, 3))
     with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        linear.predict(question(places_um), path, {})
+        linear.predict(prediction_input(places_um), path, {})
     path.write_text('{"input_frames": [7, 8, 9, 10]}')
     with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        linear.predict(question(places_um), path, {})
+        linear.predict(prediction_input(places_um), path, {})
     linear.fit(data, {}, path)
     with pytest.raises(InputError, match=r"was fitted to input frames \[7, 8, 9, 10\], asked with \[6, 7, 8, 9\]"):
-        linear.predict(question(places_um, (6, 7, 8, 9)), path, {})
+        linear.predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
 
 
 def test_the_script_fits_without_keras(data, tmp_path, monkeypatch, capsys):

@@ -15,7 +15,7 @@ from slurrycast.data.trajectories import Trajectory
 from slurrycast.report.network_table import read_network
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import neighbours
-from slurrycast.surrogates.question import Question
+from slurrycast.surrogates.prediction import PredictionInput
 
 SETTINGS = {
     "members": 2,
@@ -87,8 +87,10 @@ def fit(settings: dict, folder: Path, validation=("V1",)) -> dict[str, float]:
     return neighbours.fit(slurries, [trajectory(name, 3) for name in validation], settings, *places)
 
 
-def question(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray = EDGES_UM) -> Question:
-    return Question("1", particles_of(history), frames_of(history, edges_um), final_edges_um)
+def prediction_input(
+    history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray = EDGES_UM
+) -> PredictionInput:
+    return PredictionInput("1", particles_of(history), frames_of(history, edges_um), final_edges_um)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +101,7 @@ def model(tmp_path_factory):
 
 
 def answer(model, *asked, **settings):
-    prediction = neighbours.predict(question(*asked), model, {**SETTINGS, **settings})
+    prediction = neighbours.predict(prediction_input(*asked), model, {**SETTINGS, **settings})
     return prediction.position_um, prediction.spread_um
 
 
@@ -347,7 +349,7 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
     history, edges_um = slurry()
     with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
         answer(model, history[:, 1:], edges_um[1:])
-    asked = question(history, edges_um)
+    asked = prediction_input(history, edges_um)
     asked = replace(asked, particles=replace(asked.particles, phase_names=(*PHASES, "pore")))
     with pytest.raises(InputError, match="was trained on 3 phases, slurry 1 has 4"):
         neighbours.predict(asked, model, SETTINGS)
@@ -399,7 +401,7 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     from slurrycast.surrogates import neighbour_network
 
     seen = trajectory("T1", 1)
-    own = neighbours.lesson(seen, [8, 9, 10], SETTINGS)
+    own = neighbours.example(seen, [8, 9, 10], SETTINGS)
     assert own.moved_um.shape == (2, 60, 3)
     scaled = {number: frame.position_um / frame.edges_um for number, frame in seen.frames.items()}
     log_volume = {number: np.log(edges_um).sum() for number, edges_um in seen.edges_um.items()}
@@ -478,7 +480,7 @@ def test_slurry_filled_up_gets_the_same_answer(shape):
     """What is added says nothing to the others, and stays finite itself."""
     from slurrycast.surrogates import neighbour_network
 
-    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], SETTINGS)
+    own = neighbours.example(trajectory("T1", 1), [8, 9, 10], SETTINGS)
     assert own.size[0] == 60 and own.size[1] < 3000
     more = neighbours.filled(own, [(60, own.size[1] - 1), shape], SETTINGS["cutoff_um"])
     assert more.size == shape
@@ -497,7 +499,7 @@ def test_step_on_a_slurry_filled_up_is_the_same_step():
     import keras
     import tensorflow as tf
 
-    own = neighbours.lesson(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "intermediate_targets": []})
+    own = neighbours.example(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "intermediate_targets": []})
     assert own.moved_um.shape == (1, 60, 3)
     more = neighbours.filled(own, [(77, 4000)], SETTINGS["cutoff_um"])
     keras.utils.set_random_seed(3)

@@ -164,12 +164,12 @@ def doubtful(slurry, tmp_path, monkeypatch):
     """Predict by a surrogate that stays where it is and has the spread given (n, 3); the store's path."""
     import predict_slurry
     from slurrycast import surrogates
-    from slurrycast.surrogates.question import Prediction
+    from slurrycast.surrogates.prediction import Prediction
 
     def run(spread_um):
         persistence = surrogates.load("persistence")
         monkeypatch.setattr(
-            persistence, "predict", lambda question, *_: Prediction(question.last.position_um, spread_um=spread_um)
+            persistence, "predict", lambda inputs, *_: Prediction(inputs.last.position_um, spread_um=spread_um)
         )
         words = [
             "--surrogate",

@@ -14,7 +14,7 @@ from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.surrogates import load
-from slurrycast.surrogates.question import Question
+from slurrycast.surrogates.prediction import PredictionInput
 
 vgg16 = load("vgg16")
 
@@ -320,12 +320,12 @@ def test_models_that_do_not_fit_are_refused(small, tmp_path):
         vgg16.apply_model(path, features)
 
 
-def test_a_question_is_answered_with_what_the_network_makes_of_its_history(small, tmp_path, slurry):
+def test_an_input_is_answered_with_what_the_network_makes_of_its_history(small, tmp_path, slurry):
     vgg16.build(4, 6).save(tmp_path / "model.keras")
     with read_frames(slurry / "frames.h5") as store:
-        question = Question("A", store.particles, tuple(store.frame(k) for k in (7, 8, 9, 10)))
-    prediction = vgg16.predict(question, tmp_path / "model.keras", {})
-    history = particle_history(question.particles, question.frames)
+        inputs = PredictionInput("A", store.particles, tuple(store.frame(k) for k in (7, 8, 9, 10)))
+    prediction = vgg16.predict(inputs, tmp_path / "model.keras", {})
+    history = particle_history(inputs.particles, inputs.frames)
     np.testing.assert_array_equal(prediction.position_um, vgg16.apply_model(tmp_path / "model.keras", history))
     assert prediction.edges_um is None
 
@@ -338,7 +338,7 @@ def test_relative_coordinates_know_nothing_of_the_size_of_the_box(small, tmp_pat
     wider = tuple(replace(f, position_um=3 * f.position_um, edges_um=3 * f.edges_um) for f in frames)
     for settings, scales in (({"coordinates": "relative"}, True), ({}, False)):
         once, thrice = (
-            vgg16.predict(Question("A", store.particles, asked, None, None), tmp_path / "model.keras", settings)
+            vgg16.predict(PredictionInput("A", store.particles, asked, None, None), tmp_path / "model.keras", settings)
             for asked in (frames, wider)
         )
         assert np.allclose(3 * once.position_um, thrice.position_um, rtol=1e-4, atol=1e-3) == scales

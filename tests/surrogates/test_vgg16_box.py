@@ -14,7 +14,7 @@ from slurrycast.data.dataset import TrainingSet, split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.surrogates import affine
-from slurrycast.surrogates.question import Question
+from slurrycast.surrogates.prediction import PredictionInput
 
 vgg16 = surrogates.load("vgg16")
 vgg16_box = surrogates.load("vgg16_box")
@@ -58,8 +58,8 @@ def training_set(scale: float = 1.0) -> TrainingSet:
     )
 
 
-def question(data: TrainingSet, slurry: int, final_edges_um: np.ndarray | None = None) -> Question:
-    """One slurry of a training set as a question, in its true final box unless another is given."""
+def prediction_input(data: TrainingSet, slurry: int, final_edges_um: np.ndarray | None = None) -> PredictionInput:
+    """One slurry of a training set as an input, in its true final box unless another is given."""
     history = data.features[data.slurry_index == slurry]
     n = len(history)
     phase = history[:, 0, 0].astype(int)
@@ -71,7 +71,7 @@ def question(data: TrainingSet, slurry: int, final_edges_um: np.ndarray | None =
         scaled = position_um / edges_um + 0.5
         frames.append(Frame(k, k, float(k), position_um, scaled, history[:, column, 5], -edges_um / 2, edges_um))
     final_edges_um = data.target_edges_um[slurry] if final_edges_um is None else final_edges_um
-    return Question(data.slurries[slurry], particles, tuple(frames), final_edges_um)
+    return PredictionInput(data.slurries[slurry], particles, tuple(frames), final_edges_um)
 
 
 @pytest.fixture
@@ -95,7 +95,7 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
     samples = vgg16_box.samples(data, vgg16_box.form(settings))
     own = data.slurry_index == slurry
     fed = answers(samples.targets[own])
-    predicted = vgg16_box.predict(question(data, slurry), "model.keras", settings)
+    predicted = vgg16_box.predict(prediction_input(data, slurry), "model.keras", settings)
     np.testing.assert_allclose(predicted.position_um, data.targets[own], rtol=0, atol=1e-12)
     np.testing.assert_allclose(fed[0], samples.features[own], rtol=1e-14)
     assert predicted.edges_um is None
@@ -103,17 +103,17 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
 
 
 @pytest.mark.parametrize("change", [None, "xu", "nobox"])
-def test_no_displacement_is_the_affine_prediction_in_the_box_of_the_question(answers, change):
+def test_no_displacement_is_the_affine_prediction_in_the_box_of_the_input(answers, change):
     data = training_set()
-    asked = question(data, 1, np.array([7.0, 8.0, 11.0]))
+    asked = prediction_input(data, 1, np.array([7.0, 8.0, 11.0]))
     answers(np.zeros((N // 2, 3)))
     predicted = vgg16_box.predict(asked, "model.keras", {"change": change})
     np.testing.assert_allclose(predicted.position_um, affine.predict(asked, None, {}).position_um, atol=1e-12)
 
 
-def test_an_absolute_answer_is_in_edges_of_the_box_of_the_question(answers):
+def test_an_absolute_answer_is_in_edges_of_the_box_of_the_input(answers):
     answers(np.full((N // 2, 3), 0.25))
-    asked = question(training_set(), 0, np.array([4.0, 8.0, 12.0]))
+    asked = prediction_input(training_set(), 0, np.array([4.0, 8.0, 12.0]))
     predicted = vgg16_box.predict(asked, "model.keras", {"change": "absolute"})
     np.testing.assert_allclose(predicted.position_um, np.tile([1.0, 2.0, 3.0], (N // 2, 1)))
 
@@ -187,7 +187,7 @@ def test_the_written_model_predicts_with_the_errors_of_its_history(small, tmp_pa
     """In um2 in the true final box; and the file is plain Keras, which safe mode loads."""
     data = training_set()
     model, rows = fit(tmp_path, change)
-    predicted = [vgg16_box.predict(question(data, k), model, {"change": change}).position_um for k in (0, 1)]
+    predicted = [vgg16_box.predict(prediction_input(data, k), model, {"change": change}).position_um for k in (0, 1)]
     error_um = (np.concatenate(predicted) - data.targets)[data.is_validation]
     np.testing.assert_allclose(rows[:, 3].min(), np.mean(error_um**2), rtol=1e-3)
     with zipfile.ZipFile(model) as archive:
@@ -209,7 +209,7 @@ def test_it_learns_a_drift_that_the_affine_prediction_lacks(small, tmp_path, mon
     assert rows[-1, 1] < 0.2 * affine_loss
 
 
-def test_history_of_the_question_is_that_of_training():
+def test_history_of_the_input_is_that_of_training():
     data = training_set()
-    asked = question(data, 0)
+    asked = prediction_input(data, 0)
     np.testing.assert_array_equal(particle_history(asked.particles, asked.frames), data.features[: N // 2])

@@ -41,7 +41,7 @@ TIMED = {
     "front.csv",
     "equal_cost.csv",
     "cost_scaling.csv",
-    "study_costs.csv",
+    "article_costs.csv",
     "relaxation.csv",
     "timestep.csv",
     "timestep_summary.csv",

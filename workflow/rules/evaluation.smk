@@ -11,7 +11,7 @@ OUTPUTS:
     perturbed/{slurry}.h5
     structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
     hybrid/{surrogate}/{slurry}/relaxed-<steps>.h5, by rule relax_slurry
-    tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, study_costs.csv,
+    tables/noise.csv, skill.csv, structure_errors.csv, front.csv, equal_cost.csv, cost_scaling.csv, article_costs.csv,
     ablation.csv, relaxation.csv, uncertainty.csv
     models/{surrogate}/calibration.json
     figures/skill.png, structure.png, front.png, relaxation.png, uncertainty.png; evaluation.html
@@ -304,23 +304,23 @@ rule fit_costs:
         " 2>&1 | tee {log:q}"
 
 
-rule compare_study_costs:
+rule compare_article_costs:
     input:
-        script="scripts/evaluation/compare_study_costs.py",
-        modules=modules("scripts/evaluation/compare_study_costs.py"),
+        script="scripts/evaluation/compare_article_costs.py",
+        modules=modules("scripts/evaluation/compare_article_costs.py"),
         speedup=rules.compare_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
     output:
         table=report(
-            f"{RESULTS}/tables/study_costs.csv",
-            caption="../report/study_costs.rst",
+            f"{RESULTS}/tables/article_costs.csv",
+            caption="../report/article_costs.rst",
             category="Evaluation",
-            labels={"table": "cost as the study claims it"},
+            labels={"table": "cost as the reference article claims it"},
         ),
     log:
-        f"{RESULTS}/logs/compare_study_costs.log",
+        f"{RESULTS}/logs/compare_article_costs.log",
     benchmark:
-        f"{RESULTS}/benchmarks/compare_study_costs.tsv"
+        f"{RESULTS}/benchmarks/compare_article_costs.tsv"
     conda:
         "../../envs/analysis.yaml"
     shell:
@@ -395,12 +395,12 @@ rule compare_relaxation:
     params:
         cutoff_um=config["analysis"]["rdf_cutoff_um"],
         bins=config["analysis"]["rdf_bins"],
-        rdf_bar=config["evaluation"]["rdf_bar"],
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
     shell:
         "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
         " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
         " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um}"
-        " --bins {params.bins} --rdf-bar {params.rdf_bar} --table {output.table:q} --cost {output.cost:q}"
+        " --bins {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -589,9 +589,9 @@ rule plot_relaxation:
     conda:
         "../../envs/analysis.yaml"
     params:
-        rdf_bar=config["evaluation"]["rdf_bar"],
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
     shell:
-        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-bar {params.rdf_bar} --figure {output.figure:q}"
+        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-tolerance {params.rdf_tolerance} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -607,7 +607,7 @@ rule write_evaluation:
         front=rules.compute_front.output.table,
         equal_cost=rules.compare_at_equal_cost.output.table,
         cost_scaling=rules.fit_costs.output.table,
-        study_costs=rules.compare_study_costs.output.table,
+        article_costs=rules.compare_article_costs.output.table,
         ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
         relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
         uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
@@ -630,8 +630,8 @@ rule write_evaluation:
         run=config["run"]["name"],
         relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in EVALUATED}),
         networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
-        density_bar=config["evaluation"]["density_bar"],
-        rdf_bar=config["evaluation"]["rdf_bar"],
+        density_tolerance=config["evaluation"]["density_tolerance"],
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
         optional=lambda wildcards, input: [
             word
             for name in ("ablation", "relaxation", "uncertainty")
@@ -640,9 +640,9 @@ rule write_evaluation:
         ],
     shell:
         "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
-        " --density-bar {params.density_bar} --rdf-bar {params.rdf_bar} --relaxed-for {params.relaxed_for:q}"
+        " --density-tolerance {params.density_tolerance} --rdf-tolerance {params.rdf_tolerance} --relaxed-for {params.relaxed_for:q}"
         " --equilibrium {input.equilibrium:q}"
         " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
         " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
-        " --study-costs {input.study_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"
+        " --article-costs {input.article_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"
         " 2>&1 | tee {log:q}"

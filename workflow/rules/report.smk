@@ -334,7 +334,9 @@ rule write_report:
         "../../envs/analysis.yaml"
     params:
         surrogates=SURROGATES,
-        training_range=lambda wildcards, input: ["--training-range", input.training_range] if input.training_range else [],
+        training_range=lambda wildcards, input: (
+            ["--training-range", input.training_range] if input.training_range else []
+        ),
         models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.models)],
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:

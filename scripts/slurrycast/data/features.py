@@ -1,4 +1,4 @@
-"""From frames to what a model sees of each particle, in the study's form: one row a particle, no neighbours, no box."""
+"""Features of each particle, in the article's form: one row a particle, no neighbours, no box."""
 
 from collections.abc import Sequence
 

@@ -28,15 +28,15 @@ def relaxation_errors(
     particles: int,
     noise: Noise,
     replica_curves: Mapping,
-    rdf_bar: float,
+    rdf_tolerance: float,
 ) -> pd.DataFrame:
     """Errors of one prediction after each number of steps in `relaxed`, in order, beside the `dem` of its slurry.
 
     Columns: steps; density_error, density / density of the DEM - 1; density_in_sd, its size over the standard deviation
     of replicas; rdf_in_spread, the mean |g - g_dem| over the mean difference between two replicas; within_band, whether
-    the former is at most BAND_SDS and the latter at most `rdf_bar`. All curves count the same bins, those that each of
-    them has: the noise of g falls with r. `replica_curves` are those of `Noise.rdf_spread`. A scatter of zero is none
-    to measure by: what it divides is NaN then, and not within the band.
+    the former is at most BAND_SDS and the latter at most `rdf_tolerance`. All curves count the same bins, those that
+    each of them has: the noise of g falls with r. `replica_curves` are those of `Noise.rdf_spread`. A scatter of zero
+    is none to measure by: what it divides is NaN then, and not within the band.
     """
     bins = min(len(structure.curve) for structure in (dem, *relaxed.values()))
     spread = noise.rdf_spread("all", particles, replica_curves, bins) or np.nan
@@ -52,7 +52,7 @@ def relaxation_errors(
                 "density_error": off_g_cm3 / dem.density_g_cm3,
                 "density_in_sd": density_in_sd,
                 "rdf_in_spread": rdf_in_spread,
-                "within_band": bool(density_in_sd <= BAND_SDS and rdf_in_spread <= rdf_bar),
+                "within_band": bool(density_in_sd <= BAND_SDS and rdf_in_spread <= rdf_tolerance),
             }
         )
     return pd.DataFrame(rows)

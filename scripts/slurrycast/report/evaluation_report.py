@@ -55,8 +55,8 @@ class Evaluation:
     run: str
     roles: Mapping[str, str]  # role by slurry
     networks: Sequence[str]  # labels that are held against affine and early_dem
-    density_bar: float  # largest |density / that of the DEM - 1|
-    rdf_bar: float  # largest mean |g - g of the DEM|, in replica spreads
+    density_tolerance: float  # largest |density / that of the DEM - 1|
+    rdf_tolerance: float  # largest mean |g - g of the DEM|, in replica spreads
     relaxed_for: Mapping[str, int]  # steps by surrogate
     skill: pd.DataFrame
     noise: pd.DataFrame
@@ -64,7 +64,7 @@ class Evaluation:
     front: pd.DataFrame
     equal_cost: pd.DataFrame
     cost_scaling: pd.DataFrame
-    study_costs: pd.DataFrame
+    article_costs: pd.DataFrame
     ablation: pd.DataFrame | None
     relaxation: pd.DataFrame | None  # of the validation slurries
     uncertainty: pd.DataFrame | None  # where a surrogate has a spread
@@ -251,8 +251,8 @@ def tie_sentences(evaluation: Evaluation) -> list[str]:
     return sentences
 
 
-def bar_sentences(evaluation: Evaluation) -> list[str]:
-    """Whether the best surrogate, and the best one that does not go on with the DEM, keep to both bars."""
+def tolerance_sentences(evaluation: Evaluation) -> list[str]:
+    """Whether the best surrogate, and the best one that does not go on with the DEM, is within both tolerances."""
     labels = labels_of(evaluation.structure_errors)
     chosen = [evaluation.best(labels), evaluation.best([name for name in labels if not _goes_on(name)])]
     sentences = []
@@ -267,14 +267,14 @@ def bar_sentences(evaluation: Evaluation) -> list[str]:
         )
         density = evaluation.density_errors(best).reindex(evaluation.test).dropna()
         sentences.append(
-            f"Density error of {best}, at most {evaluation.density_bar:.2%} wanted: "
-            f"{bar_words(density, evaluation.density_bar, '.2%')}."
+            f"Density error of {best}, at most {evaluation.density_tolerance:.2%} wanted: "
+            f"{tolerance_words(density, evaluation.density_tolerance, '.2%')}."
         )
         in_spreads = evaluation.rdf_in_spreads(best).reindex(evaluation.test)
         in_spreads.columns = [pair_name(quantity.removeprefix("rdf_")) for quantity in in_spreads]
         sentences.append(
-            f"RDF difference of {best}, at most {evaluation.rdf_bar:g} replica spreads wanted: "
-            f"{rdf_bar_words(in_spreads, evaluation.rdf_bar)}."
+            f"RDF difference of {best}, at most {evaluation.rdf_tolerance:g} replica spreads wanted: "
+            f"{rdf_tolerance_words(in_spreads, evaluation.rdf_tolerance)}."
         )
     return sentences
 
@@ -284,23 +284,23 @@ def _goes_on(label: str) -> bool:
     return surrogate in surrogates.NAMES and surrogates.load(surrogate).CONTINUES_DEM is not None
 
 
-def bar_words(values: pd.Series, bar: float, form: str) -> str:
-    """Say on how many slurries `values` (by slurry) keep to `bar`, and which miss it."""
+def tolerance_words(values: pd.Series, tolerance: float, form: str) -> str:
+    """Say on how many slurries `values` (by slurry) are within `tolerance`, and which miss it."""
     if values.empty:
         return "no test slurry to judge it on"
-    missed = values[values > bar]
+    missed = values[values > tolerance]
     if missed.empty:
         return f"met on all {len(values)} test slurries, at most {values.max():{form}} (slurry {values.idxmax()})"
     those = listed([f"slurry {slurry} ({value:{form}})" for slurry, value in missed.items()])
     return f"met on {len(values) - len(missed)} of {len(values)} test slurries, missed on {those}"
 
 
-def rdf_bar_words(in_spreads: pd.DataFrame, bar: float) -> str:
-    """Say for how many slurries (rows) and pairs (columns) differences keep to `bar`, and which miss it."""
+def rdf_tolerance_words(in_spreads: pd.DataFrame, tolerance: float) -> str:
+    """Say for how many slurries (rows) and pairs (columns) differences are within `tolerance`, and which miss it."""
     values = in_spreads.stack().dropna()
     if values.empty:
         return "no test slurry to judge it on"
-    missed = values[values > bar].sort_values(ascending=False)
+    missed = values[values > tolerance].sort_values(ascending=False)
     slurry, pair = values.idxmax()
     if missed.empty:
         widest = f"at most {values.max():.2f} ({pair} on slurry {slurry})"
@@ -326,7 +326,7 @@ def mean_and_worst(values: pd.Series, form: str, lowest_is_worst: bool = False) 
 
 
 def verdict_section(evaluation: Evaluation) -> Section:
-    """Sentences on the questions that the evaluation is there for, and all surrogates against the bars."""
+    """Sentences on the questions that the evaluation is there for, and all surrogates against the tolerances."""
     rows = []
     for surrogate in labels_of(evaluation.structure_errors):
         density = evaluation.density_errors(surrogate)
@@ -334,7 +334,9 @@ def verdict_section(evaluation: Evaluation) -> Section:
         tested, validated = density.reindex(evaluation.test), density.reindex(evaluation.slurries("validation"))
         # the widest of all pairs decides
         widest = in_spreads.reindex(evaluation.test).max(axis=1)
-        missed = [list(values.index[values > bar]) for values, bar in _with_bars(evaluation, tested, widest)]
+        missed = [
+            list(values.index[values > tolerance]) for values, tolerance in _with_tolerances(evaluation, tested, widest)
+        ]
         rows.append(
             [
                 surrogate,
@@ -346,14 +348,14 @@ def verdict_section(evaluation: Evaluation) -> Section:
                 ", ".join(missed[1]) or "none",
             ]
         )
-    errors = ["mean", "worst", "above the bar", "mean, validation", "mean", "worst", "above the bar"]
+    errors = ["mean", "worst", "above the tolerance", "mean, validation", "mean", "worst", "above the tolerance"]
     columns = ["Surrogate", "steps", *errors]
     groups = [("", 1), ("Relaxation", 1), ("Density error after relaxation", 4)]
     groups += [("Widest RDF difference (replica spreads)", 3)]
     caption = (
-        f"Every surrogate after relaxation against the bars: a density error of {evaluation.density_bar:.2%}, and of "
-        f"the RDF {evaluation.rdf_bar:g} replica spreads for the pair of phases that differs most. Means over the "
-        f"test {named(evaluation.test)}. From tables/structure_errors.csv."
+        "Every surrogate after relaxation against the tolerances: a density error of "
+        f"{evaluation.density_tolerance:.2%}, and of the RDF {evaluation.rdf_tolerance:g} replica spreads for the pair "
+        f"of phases that differs most. Means over the test {named(evaluation.test)}. From tables/structure_errors.csv."
     )
     judged_by = (
         f"{TIE_RULE} The scatter between replicas only gives the size of an effect: replica sd, and of an RDF the "
@@ -370,16 +372,16 @@ def verdict_section(evaluation: Evaluation) -> Section:
             Points(better_for_less_sentences(evaluation)),
             Heading("Whether affine and relaxation do as well"),
             Points(tie_sentences(evaluation)),
-            Heading("Whether the best surrogate keeps to the bars"),
-            Points(bar_sentences(evaluation)),
+            Heading("Whether the best surrogate is within the tolerances"),
+            Points(tolerance_sentences(evaluation)),
             Text(judged_by),
             Table("Table E1", caption, columns, rows, texts=(0, 4, 8), groups=groups),
         ],
     )
 
 
-def _with_bars(evaluation: Evaluation, density: pd.Series, rdf: pd.Series) -> list[tuple[pd.Series, float]]:
-    return [(density, evaluation.density_bar), (rdf, evaluation.rdf_bar)]
+def _with_tolerances(evaluation: Evaluation, density: pd.Series, rdf: pd.Series) -> list[tuple[pd.Series, float]]:
+    return [(density, evaluation.density_tolerance), (rdf, evaluation.rdf_tolerance)]
 
 
 def skill_section(evaluation: Evaluation) -> Section:
@@ -593,8 +595,8 @@ def payback_sentences(evaluation: Evaluation) -> list[str]:
 
 
 def cost_section(evaluation: Evaluation) -> Section:
-    """tables/cost_scaling.csv and tables/study_costs.csv."""
-    scaling, claims = evaluation.cost_scaling, evaluation.study_costs
+    """tables/cost_scaling.csv and tables/article_costs.csv."""
+    scaling, claims = evaluation.cost_scaling, evaluation.article_costs
     scaling = scaling[scaling.surrogate.isin(main_labels(labels_of(scaling)))]
     caption = (
         "How cost grows with the number of particles (the exponent of a power law and its standard error, se, over all "
@@ -604,12 +606,12 @@ def cost_section(evaluation: Evaluation) -> Section:
     )
     blocks = [plain_table("Table E7", caption, scaling)]
     caption = (
-        "What the study says of its cost, and ours term by term, a column a surrogate; other machines and another "
-        "scale. From tables/study_costs.csv."
+        "What the article says of its cost, and ours term by term, a column a surrogate; other machines and another "
+        "scale. From tables/article_costs.csv."
     )
     labels = main_labels(labels_of(claims))
-    terms = [column for column in ("term", "unit", "study", "study_says") if column in claims]
-    words = ["unit", "study_says"]  # both can be empty for all terms, and then are no text
+    terms = [column for column in ("term", "unit", "article", "article_says") if column in claims]
+    words = ["unit", "article_says"]  # both can be empty for all terms, and then are no text
     ours = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(words, object)).fillna(dict.fromkeys(words, ""))
     wide = ours.drop_duplicates(terms)[terms]
     for name in labels:
@@ -643,7 +645,7 @@ def relaxation_sentence(evaluation: Evaluation) -> str:
     slurries = list(dict.fromkeys(evaluation.relaxation.slurry))
     return (
         f"Steps of relaxation, of {listed([f'{steps:,}' for steps in tried])}, after which the density is "
-        f"within {BAND_SDS} replica sd and the RDF within {evaluation.rdf_bar:g} replica spreads of the DEM, for "
+        f"within {BAND_SDS} replica sd and the RDF within {evaluation.rdf_tolerance:g} replica spreads of the DEM, for "
         f"validation {named(slurries)}: {'; '.join(parts)}."
     )
 

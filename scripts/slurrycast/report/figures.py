@@ -19,7 +19,7 @@ FURTHER_PHASE_COLOURS = ("#9b6a9e", "#c0694e", "#7a8794", "#8a8f3c")
 # what a structure or curve stands for, in every figure
 DEM, PREDICTED, RELAXED = "#22303c", "#e08a3c", "#18858f"
 TRAINING, VALIDATION = DEM, PREDICTED
-STUDY = "#a3234e"
+ARTICLE = "#a3234e"
 SURROGATE_COLOURS = {
     "persistence": "#8c6d55",
     "affine": "#e08a3c",

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast.evaluation.speedup import time_unit
-from slurrycast.report import study
+from slurrycast.report import reference_article
 
 TEMPLATE = Path(__file__).with_name("report.html.jinja")
 # Figures have 150 pixels an inch and text of 9 to 10 points; this shows it at 13 to 15 CSS pixels.
@@ -62,20 +62,20 @@ class FigureBlock:
 
 @dataclass(frozen=True)
 class Table:
-    """Cells are text already; columns whose number is in `texts` are set to the left, those in `study` marked."""
+    """Cells are text already; columns whose number is in `texts` are set to the left, those in `article` marked."""
 
     label: str
     caption: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     texts: Sequence[int] = (0,)
-    study: Sequence[int] = ()
+    article: Sequence[int] = ()
     groups: Sequence[tuple[str, int]] = ()
     kind: str = "table"
 
     def style(self, column: int) -> str:
         """CSS classes of a column."""
-        return " ".join(name for name, those in (("text", self.texts), ("study", self.study)) if column in those)
+        return " ".join(name for name, those in (("text", self.texts), ("article", self.article)) if column in those)
 
 
 @dataclass(frozen=True)
@@ -158,5 +158,5 @@ def page_html(title: str, lead: str, notices: Notices, sections: Sequence[Sectio
         loader=jinja2.FileSystemLoader(TEMPLATE.parent), autoescape=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template(TEMPLATE.name).render(
-        title=title, lead=lead, notices=notices, sections=sections, study=study
+        title=title, lead=lead, notices=notices, sections=sections, article=reference_article
     )

@@ -1,9 +1,9 @@
 """The report: one HTML file that holds all tables and figures of a run, and every sentence computed from them.
 
 `Results` is what a run has left behind; each `..._section` turns a part of it into blocks (tables, figures, text), and
-`report_html` puts them into report.html.jinja. The study's numbers stand in columns of their own. Every surrogate has a
-column of its own; means and ranges run over the slurries of role `test`, those of role `validation` are shown beside
-them.
+`report_html` puts them into report.html.jinja. The article's numbers stand in columns of their own. Every
+surrogate has a column of its own; means and ranges run over the slurries of role `test`, those of role `validation` are
+shown beside them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ import pandas as pd
 from slurrycast.analysis.training_range import FRACTION_PREFIX
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.evaluation.verdicts import JUDGED_WORDS, TIE_RULE, judged, judged_list
-from slurrycast.report import study
+from slurrycast.report import reference_article as article
 from slurrycast.report.figures import surrogate_family
 from slurrycast.report.network_table import Network
 from slurrycast.report.page import (
@@ -39,7 +39,7 @@ from slurrycast.report.page import (
     span,
 )
 
-STUDY_GROUP = "Study (its own, larger scale)"
+ARTICLE_GROUP = "Reference article (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.
 DENSITY_TOLERANCE = 0.02
 AXES = ("x", "y", "z")
@@ -248,10 +248,10 @@ def training_range_text(row: NamedTuple) -> str:
 
 
 def summary_table(results: Results, comparison: pd.DataFrame) -> Table:
-    """Key results, means over the test slurries, a column a surrogate and the study's last."""
+    """Key results, means over the test slurries, a column a surrogate and the article's last."""
     surrogates, test = results.surrogates, results.test
     structures = {name: results.structures(name).reindex(test) for name in surrogates}
-    their_share, their_errors = study_shares(), pd.DataFrame(study.COORDINATE_ERRORS.values())
+    their_share, their_errors = article_shares(), pd.DataFrame(article.COORDINATE_ERRORS.values())
 
     def largest(share: pd.Series) -> str:
         known = share.abs().dropna()
@@ -282,7 +282,7 @@ def summary_table(results: Results, comparison: pd.DataFrame) -> Table:
     for pair in dict.fromkeys(results.rdf_errors.pair):
         means = [results.mean_over_test(results.rdf_differences(name, pair)) for name in surrogates]
         rows.append([f"|Δg(r)| after relaxation, {pair_name(pair)}", *map(number, means), "–"])
-    their_ratio = f"about {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f}"
+    their_ratio = f"about {article.FULL_DEM_MIN / article.HYBRID_MIN:.0f}"
     rows += [
         cost_row("Wall time, full DEM / hybrid", comparison, "ratio", their_ratio),
         cost_row("Wall time, DEM to equilibrium / hybrid", comparison, "ratio_to_equilibrium", "–"),
@@ -293,11 +293,11 @@ def summary_table(results: Results, comparison: pd.DataFrame) -> Table:
         caption += f" Not in them: the validation {named(validation)}, which choices are made on."
     if new:
         caption += f" New, without a target: {named(new)}."
-    return Table("Key results", caption, ["", *surrogates, STUDY_GROUP], rows, study=(len(surrogates) + 1,))
+    return Table("Key results", caption, ["", *surrogates, ARTICLE_GROUP], rows, article=(len(surrogates) + 1,))
 
 
 def summary_section(results: Results, comparison: pd.DataFrame) -> Section:
-    """What each network adds to the affine map, in sentences, and the key results beside the study's."""
+    """What each network adds to the affine map, in sentences, and the key results beside the article's."""
     section = Section("Summary")
     for surrogate in results.networks:
         sentences = gain_over_affine(results, surrogate)
@@ -328,51 +328,57 @@ def settings_section(results: Results) -> Section:
         return ", ".join(f"{frame * interval:,}" for frame in frames)
 
     rows = [
-        ["Time step (µs)", f"{dem['timestep_us']:g}", f"{study.TIMESTEP_US:g}"],
-        ["Steps", f"{dem['steps']:,}", f"{study.STEPS:,}"],
-        ["Simulated time (µs)", f"{dem['steps'] * dem['timestep_us']:g}", f"{study.STEPS * study.TIMESTEP_US:g}"],
-        ["Frames", f"{dem['frames']}", f"{study.FRAMES}"],
-        ["Steps between frames", f"{per_frame:,}", f"{study.STEPS_PER_FRAME:,}"],
+        ["Time step (µs)", f"{dem['timestep_us']:g}", f"{article.TIMESTEP_US:g}"],
+        ["Steps", f"{dem['steps']:,}", f"{article.STEPS:,}"],
+        [
+            "Simulated time (µs)",
+            f"{dem['steps'] * dem['timestep_us']:g}",
+            f"{article.STEPS * article.TIMESTEP_US:g}",
+        ],
+        ["Frames", f"{dem['frames']}", f"{article.FRAMES}"],
+        ["Steps between frames", f"{per_frame:,}", f"{article.STEPS_PER_FRAME:,}"],
         [
             "Input frames, at steps",
             steps_of(learning["input_frames"], per_frame),
-            steps_of(study.INPUT_FRAMES, study.STEPS_PER_FRAME),
+            steps_of(article.INPUT_FRAMES, article.STEPS_PER_FRAME),
         ],
         [
             "Target frame, at step",
             f"{learning['target_frame'] * per_frame:,}",
-            f"{study.STEPS:,}",
+            f"{article.STEPS:,}",
         ],
         ["Pressure (kPa)", f"{dem['pressure_kpa']:g}", "not stated"],
         ["Pressure damping (µs)", f"{dem['pressure_damping_us']:g}", "not stated"],
         ["Temperature (K)", f"{dem['temperature_k']:g}", "not stated"],
-        ["MPI ranks a simulation", str(dem["ranks"]), f"one node of {study.RANKS} cores"],
+        ["MPI ranks a simulation", str(dem["ranks"]), f"one node of {article.RANKS} cores"],
         [
             "Wall time of a full simulation",
             " to ".join(dict.fromkeys(map(duration, (wall_s.min(), wall_s.max())))),
-            duration(60 * study.FULL_DEM_MIN),
+            duration(60 * article.FULL_DEM_MIN),
         ],
-        ["Slurries: training", str(len(results.slurries("train"))), str(study.TRAINING_SLURRIES)],
-        ["Slurries: held out", str(len(held_out)), str(study.HELD_OUT_SLURRIES)],
+        ["Slurries: training", str(len(results.slurries("train"))), str(article.TRAINING_SLURRIES)],
+        ["Slurries: held out", str(len(held_out)), str(article.HELD_OUT_SLURRIES)],
         ["Slurries: new, only to the last input frame", str(len(new)), "–"],
         ["Relaxation after the prediction (steps)", relaxed_for(results), "not stated"],
     ]
     if not results.adopted_model:
         samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
-        rows.append(["Samples (particles of the training slurries)", f"{samples:,}", f"{study.SAMPLES:,}"])
+        rows.append(["Samples (particles of the training slurries)", f"{samples:,}", f"{article.SAMPLES:,}"])
         for surrogate in results.networks:
             settings = results.config["surrogate"].get(surrogate_family(surrogate), {})
             rows += [
                 [f"{words}, {surrogate}", f"{settings[key]:,}", f"{theirs:,}"]
                 for key, words, theirs in (
-                    ("epochs", "Epochs", study.EPOCHS),
-                    ("batch_size", "Batch size", study.BATCH_SIZE),
-                    ("learning_rate", "Learning rate", study.LEARNING_RATE),
+                    ("epochs", "Epochs", article.EPOCHS),
+                    ("batch_size", "Batch size", article.BATCH_SIZE),
+                    ("learning_rate", "Learning rate", article.LEARNING_RATE),
                 )
                 if key in settings
             ]
-    caption = f"Settings of simulation{'' if results.adopted_model else ' and training'} in this run and in the study."
-    blocks = [Table("Table 1", caption, ["", "This run", STUDY_GROUP], rows, study=(2,))]
+    caption = (
+        f"Settings of simulation{'' if results.adopted_model else ' and training'} in this run and in the article."
+    )
+    blocks = [Table("Table 1", caption, ["", "This run", ARTICLE_GROUP], rows, article=(2,))]
 
     reached = pd.DataFrame({slurry: inputs["mass_fractions_reached"] for slurry, inputs in results.inputs.items()})
     rows = []
@@ -532,14 +538,14 @@ def network_blocks(results: Results, surrogate: str) -> list:
         for layer in network.layers
     ]
     rows.append(["Total", "", f"{network.parameters:,}"])
-    same = "the same number as" if network.parameters == study.PARAMETERS else "against"
+    same = "the same number as" if network.parameters == article.PARAMETERS else "against"
     inputs = [layer for layer in network.layers if layer.name.startswith("Input")]
     shapes = "Shapes are frames (or pooled positions) × channels."
     if len(inputs) > 1:
         shapes = "Shapes are those of one particle, or of one pair."
     caption = (
         f"The network {surrogate} layer by layer, read from the model file: {network.parameters:,} parameters, {same} "
-        f"the study's {study.PARAMETERS:,}. {shapes}"
+        f"the article's {article.PARAMETERS:,}. {shapes}"
     )
     blocks = [Table("Table 2", caption, ["Layer", "Output shape", "Parameters"], rows)]
     if history.empty:
@@ -565,24 +571,24 @@ def network_blocks(results: Results, surrogate: str) -> list:
             )
             if best.epoch == last.epoch and len(history) > 1 and used == "lowest":
                 caption += " The lowest value is in the last epoch: more epochs may lower it further."
-        caption += f" The study trains for {study.EPOCHS:,} epochs at batch {study.BATCH_SIZE}."
+        caption += f" The article trains for {article.EPOCHS:,} epochs at batch {article.BATCH_SIZE}."
     return blocks + figure_block(results.figures, f"learning_curves_{surrogate}", "Fig. 2", caption)
 
 
-def study_differences() -> pd.Series:
-    """Hybrid less DEM density (g/cm3) in the study, by slurry."""
+def article_differences() -> pd.Series:
+    """Hybrid less DEM density (g/cm3) in the article, by slurry."""
     return pd.Series(
         {
-            slurry: study.HYBRID_STRUCTURE[slurry].density_g_cm3 - structure.density_g_cm3
-            for slurry, structure in study.DEM_STRUCTURE.items()
+            slurry: article.HYBRID_STRUCTURE[slurry].density_g_cm3 - structure.density_g_cm3
+            for slurry, structure in article.DEM_STRUCTURE.items()
         }
     )
 
 
-def study_shares() -> pd.Series:
-    """Hybrid less DEM density in the study as a share of the DEM's, by slurry."""
-    dem = pd.Series({slurry: structure.density_g_cm3 for slurry, structure in study.DEM_STRUCTURE.items()})
-    return study_differences() / dem
+def article_shares() -> pd.Series:
+    """Hybrid less DEM density in the article as a share of the DEM's, by slurry."""
+    dem = pd.Series({slurry: structure.density_g_cm3 for slurry, structure in article.DEM_STRUCTURE.items()})
+    return article_differences() / dem
 
 
 def coordinates_caption(results: Results, slurry: str) -> str:
@@ -597,9 +603,9 @@ def coordinates_caption(results: Results, slurry: str) -> str:
         f"MSE over all axes is {listed(parts)}. Upper panels have one scale for all surrogates, the deviations below "
         "them one each."
     )
-    if slurry in study.R2_PER_AXIS:
-        theirs = " / ".join(f"{study.R2_PER_AXIS[slurry][axis]:.3f}" for axis in AXES)
-        caption += f" The study, at its own scale, has R² of {theirs} on x / y / z for its slurry {slurry}."
+    if slurry in article.R2_PER_AXIS:
+        theirs = " / ".join(f"{article.R2_PER_AXIS[slurry][axis]:.3f}" for axis in AXES)
+        caption += f" The article, at its own scale, has R² of {theirs} on x / y / z for its slurry {slurry}."
     return caption
 
 
@@ -627,7 +633,7 @@ def density_tables(results: Results) -> list[Table]:
     densities, volumes = [], []
     for slurry in results.compared:
         ours = [table.loc[slurry] for table in structures.values()]
-        theirs = study.DEM_STRUCTURE.get(slurry), study.HYBRID_STRUCTURE.get(slurry)
+        theirs = article.DEM_STRUCTURE.get(slurry), article.HYBRID_STRUCTURE.get(slurry)
         density_beside, volume_beside = ["–"] * 3, ["–"] * 2
         if None not in theirs:
             dem, hybrid = theirs
@@ -640,18 +646,18 @@ def density_tables(results: Results) -> list[Table]:
         volumes.append([name, f"{ours[0].dem_volume:,.1f}", *(f"{row.volume:,.1f}" for row in ours), *volume_beside])
     if results.test:
         shares = [number(results.mean_over_test(table.share.abs()), ".2%") for table in structures.values()]
-        theirs = f"{study_shares().abs().mean():.1%}"
+        theirs = f"{article_shares().abs().mean():.1%}"
         densities.append(["mean, test, absolute", *["–"] * (1 + count), *shares, "–", "–", theirs])
     caption = f"Density of the final microstructure, full DEM and hybrid. {density_sentence(results)}"
     columns = ["Slurry", "DEM", *structures, *structures, "DEM", "hybrid", "difference"]
-    groups = [("", 1), ("Density (g/cm³)", 1 + count), ("Hybrid against DEM", count), (STUDY_GROUP, 3)]
+    groups = [("", 1), ("Density (g/cm³)", 1 + count), ("Hybrid against DEM", count), (ARTICLE_GROUP, 3)]
     beside = range(2 + 2 * count, 5 + 2 * count)
-    tables = [Table("Table 3", caption, columns, densities, study=beside, groups=groups)]
+    tables = [Table("Table 3", caption, columns, densities, article=beside, groups=groups)]
     columns = ["Slurry", "DEM", *structures, "DEM", "hybrid"]
-    groups = [("", 1), ("Volume (µm³)", 1 + count), (STUDY_GROUP, 2)]
+    groups = [("", 1), ("Volume (µm³)", 1 + count), (ARTICLE_GROUP, 2)]
     caption = "Volume of the final microstructure, full DEM and hybrid."
     beside = range(2 + count, 4 + count)
-    return [*tables, Table("Table 3, volumes", caption, columns, volumes, study=beside, groups=groups)]
+    return [*tables, Table("Table 3, volumes", caption, columns, volumes, article=beside, groups=groups)]
 
 
 def density_sentence(results: Results) -> str:
@@ -670,9 +676,9 @@ def density_sentence(results: Results) -> str:
         )
     if not parts:
         return "No slurry of role test has a target to compare with."
-    theirs = study_differences().abs()
+    theirs = article_differences().abs()
     return (
-        f"The mean absolute difference of density over the test slurries is {'; '.join(parts)}. The study has "
+        f"The mean absolute difference of density over the test slurries is {'; '.join(parts)}. The article has "
         f"{theirs.mean():.2f} and {theirs.max():.2f} g/cm³."
     )
 
@@ -693,13 +699,13 @@ def coordinate_tables(results: Results) -> list[Table]:
     """Table 4: MSE and R2 in the own box, which are primary; MAE, and MSE in the true box."""
     errors = {name: results.errors(name) for name in results.surrogates}
     count = len(errors)
-    their_mean = pd.DataFrame(study.COORDINATE_ERRORS.values()).mean()
+    their_mean = pd.DataFrame(article.COORDINATE_ERRORS.values()).mean()
 
     def rows(forms: Mapping[str, str], theirs: Sequence[str]) -> list[list[str]]:
-        """Rows of the columns named in `forms`, every one for all surrogates, and of the study's in `theirs`."""
+        """Rows of the columns named in `forms`, every one for all surrogates, and of the article's in `theirs`."""
         lines = []
         for slurry in results.compared:
-            known = study.COORDINATE_ERRORS.get(slurry)
+            known = article.COORDINATE_ERRORS.get(slurry)
             ours = [number(table[name][slurry], form) for name, form in forms.items() for table in errors.values()]
             beside = ["–" if known is None else f"{getattr(known, name)}" for name in theirs]
             lines.append([results.row_name(slurry), *ours, *beside])
@@ -730,15 +736,15 @@ def coordinate_tables(results: Results) -> list[Table]:
                 f" With {surrogate}, knowing the true box would lower the MSE most for slurry {gain.idxmax()}, by "
                 f"{gain.max():.0%}."
             )
-    groups = [("", 1), ("MSE (µm²)", count), ("R²", count), (STUDY_GROUP, 2)]
+    groups = [("", 1), ("MSE (µm²)", count), ("R²", count), (ARTICLE_GROUP, 2)]
     columns = ["Slurry", *errors, *errors, "MSE (µm²)", "R²"]
     own = rows({"mse_um2": ".3g", "r2": ".4f"}, ["mse_um2", "r2"])
     beside = range(1 + 2 * count, 3 + 2 * count)
-    tables = [Table("Table 4", caption, columns, own, study=beside, groups=groups)]
-    groups = [("", 1), ("MAE (µm)", count), ("MSE in the true box (µm²)", count), (STUDY_GROUP, 1)]
+    tables = [Table("Table 4", caption, columns, own, article=beside, groups=groups)]
+    groups = [("", 1), ("MAE (µm)", count), ("MSE in the true box (µm²)", count), (ARTICLE_GROUP, 1)]
     columns = ["Slurry", *errors, *errors, "MAE (µm)"]
     true = rows({"mae_um": ".3g", "mse_um2_true_box": ".3g"}, ["mae_um"])
-    return [*tables, Table("Table 4, continued", second, columns, true, study=beside[:1], groups=groups)]
+    return [*tables, Table("Table 4, continued", second, columns, true, article=beside[:1], groups=groups)]
 
 
 def rdf_caption(results: Results) -> str:
@@ -762,7 +768,7 @@ def rdf_caption(results: Results) -> str:
             "half of the shortest box edge are not complete. "
         )
     return caption + (
-        "The study sees first peaks near 0.8 and 1.1 µm for all pairs, deviations at 0.3 to 0.9 µm for NiO-8YSZ, and "
+        "The article sees first peaks near 0.8 and 1.1 µm for all pairs, deviations at 0.3 to 0.9 µm for NiO-8YSZ, and "
         "agreement beyond 2 µm except for its slurry 6."
     )
 
@@ -918,10 +924,10 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
     columns = ["Surrogate", *HYBRID_PARTS.values(), "sum", "whole run", "to equilibrium"]
     groups = [("", 1), (f"Hybrid ({unit})", len(HYBRID_PARTS) + 1), (f"Full DEM ({unit})", 2)]
     caption = (
-        f"Mean wall time of a slurry in {unit} over {named(scope)}, start-up of programs included. The study, at its "
-        f"own, larger scale and on other machines: {study.FULL_DEM_MIN:,} min full DEM, about {study.HYBRID_MIN} min "
-        f"hybrid, {study.FULL_DEM_MIN / study.HYBRID_MIN:.0f} times; whether the DEM up to the input frames is inside "
-        f"the {study.HYBRID_MIN} min is not stated. CPU time too, and every slurry: tables/speedup.csv."
+        f"Mean wall time of a slurry in {unit} over {named(scope)}, start-up of programs included. The article, at its "
+        f"own, larger scale and on other machines: {article.FULL_DEM_MIN:,} min full DEM, about {article.HYBRID_MIN} "
+        f"min hybrid, {article.FULL_DEM_MIN / article.HYBRID_MIN:.0f} times; whether the DEM up to the input frames is "
+        f"inside the {article.HYBRID_MIN} min is not stated. CPU time too, and every slurry: tables/speedup.csv."
     )
     parts_table = Table("Table S5", caption, columns, rows, groups=groups)
 
@@ -955,8 +961,8 @@ def cost_section(results: Results, comparison: pd.DataFrame, cpu: pd.DataFrame) 
             results.figures,
             "costs",
             "Fig. S3",
-            f"{sentence} The study, at its own scale, has {study.FULL_DEM_MIN:,} min against about "
-            f"{study.HYBRID_MIN} min.",
+            f"{sentence} The article, at its own scale, has {article.FULL_DEM_MIN:,} min against about "
+            f"{article.HYBRID_MIN} min.",
         ),
         *blocks,
     ]

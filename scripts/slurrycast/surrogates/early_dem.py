@@ -8,7 +8,7 @@ import numpy as np
 
 from slurrycast.dem.lammps_run import Progress
 from slurrycast.runtime.files import RunError
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 NAME = "early_dem"
 LOOKS_AT = "all particles, their velocities and contacts at the last input frame, and the forces of the DEM"
@@ -26,7 +26,7 @@ def most_steps(settings: Mapping) -> int:
     return settings["max_steps"]
 
 
-def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
+def predict(inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) and box edges (3,), um, of the DEM gone on in rounds of `flat_steps` steps until one is flat.
 
     Flat is a round over which density changed by at most the share `flat_within`, and which begins and ends within
@@ -34,9 +34,9 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
     """
     from slurrycast.dem.lammps_dump import read_dump
 
-    going_on = question.continuation
+    going_on = inputs.continuation
     dem = going_on.inputs["physics"]["dem"]
-    round_steps, first = settings["flat_steps"], question.last.step
+    round_steps, first = settings["flat_steps"], inputs.last.step
     rounds = settings["max_steps"] // round_steps
     log = going_on.run(
         CONTINUES_DEM,
@@ -48,16 +48,16 @@ def predict(question: Question, model_path: Path | None, settings: Mapping) -> P
             "pressure_within": settings["pressure_within"],
             "thermo_every_steps": round_steps,
         },
-        Progress(f"{question.slurry} continued", first, first + rounds * round_steps, print),
+        Progress(f"{inputs.slurry} continued", first, first + rounds * round_steps, print),
     )
     density, pressure = (log.thermo[[0, -1], log.columns.index(name)] for name in ("v_density_g_cm3", "Press"))
     change, misfit = density[1] / density[0] - 1, np.abs(pressure / dem["pressure_kpa"] - 1)
     if abs(change) > settings["flat_within"] or misfit.max() > settings["pressure_within"]:
         raise RunError(
-            f"{question.slurry}: not at rest after surrogate.early_dem.max_steps ({rounds * round_steps}) more steps: "
+            f"{inputs.slurry}: not at rest after surrogate.early_dem.max_steps ({rounds * round_steps}) more steps: "
             f"density {100 * change:+.2g} % over the last {round_steps}, pressure {pressure[0]:.4g} to "
             f"{pressure[1]:.4g} kPa of {dem['pressure_kpa']:.4g}; log: {going_on.work / 'continue.log'}"
         )
     (end,) = read_dump(going_on.work / "continued.dump")
-    print(f"[{question.slurry}] flat after {end.step - first} steps: {density[1]:.4f} g/cm3")
+    print(f"[{inputs.slurry}] flat after {end.step - first} steps: {density[1]:.4f} g/cm3")
     return Prediction(end.values[:, 3:6], end.edges_um)

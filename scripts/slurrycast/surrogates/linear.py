@@ -16,7 +16,7 @@ import numpy as np
 from slurrycast.data.dataset import TrainingSet
 from slurrycast.data.features import FEATURE_NAMES
 from slurrycast.runtime.files import InputError, write_text
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 NAME = "linear"
 LOOKS_AT = "unwrapped coordinates of the particle itself in the input frames"
@@ -48,15 +48,15 @@ def fit(training_set: TrainingSet, settings: Mapping, model_path: str | Path) ->
     return model
 
 
-def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
+def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
     """Predict final unwrapped coordinates in um. InputError if the model is none, or of other input frames."""
     try:
         model = json.loads(Path(model_path).read_text(encoding="utf-8"))
         fitted, coefficients = model["input_frames"], np.array(model["coefficients"], dtype=float)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{model_path}: not a readable linear model ({error})") from error
-    asked = [frame.number for frame in question.frames]
+    asked = [frame.number for frame in inputs.frames]
     if fitted != asked:
         raise InputError(f"{model_path}: was fitted to input frames {fitted}, asked with {asked}")
-    places_um = np.stack([frame.position_um for frame in question.frames], axis=-1)
+    places_um = np.stack([frame.position_um for frame in inputs.frames], axis=-1)
     return Prediction(places_um @ coefficients)

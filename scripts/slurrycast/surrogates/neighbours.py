@@ -37,7 +37,7 @@ from slurrycast.surrogates.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 if TYPE_CHECKING:
     import keras
@@ -163,7 +163,7 @@ def graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndar
 
 
 @dataclass(frozen=True)
-class Lesson:
+class Example:
     """A slurry to learn from: its graph, and by how much it has to be moved, (stages, n, 3) in um.
 
     The last stage is the end, those before are intermediate targets.
@@ -244,7 +244,7 @@ def needed_frames(settings: Mapping, edges_um: Mapping[int, np.ndarray], *, move
     return sorted(found)
 
 
-def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Lesson:
+def example(trajectory: Trajectory, input_frames: Sequence[int], settings: Mapping) -> Example:
     """What is to be learned from a slurry when these are its input frames, in its true final box."""
     frames = [trajectory.frames[k] for k in input_frames]
     final_edges_um = trajectory.edges_um[settings["target_frame"]]
@@ -256,7 +256,7 @@ def lesson(trajectory: Trajectory, input_frames: Sequence[int], settings: Mappin
     ]
     moved_um = np.stack([end * final_edges_um - seen.affine_um for end in ends])
     moved_um -= moved_um.mean(axis=1, keepdims=True)  # a common shift has no meaning in a periodic box
-    return Lesson(seen, moved_um.astype(np.float32))
+    return Example(seen, moved_um.astype(np.float32))
 
 
 def shapes(sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -275,7 +275,7 @@ def _fitting(size: tuple[int, int], known: Sequence[tuple[int, int]]) -> tuple[i
     return next(shape for shape in known if size[0] <= shape[0] and size[1] <= shape[1])
 
 
-def filled(one: Lesson, known: Sequence[tuple[int, int]], cutoff_um: float) -> Lesson:
+def filled(one: Example, known: Sequence[tuple[int, int]], cutoff_um: float) -> Example:
     """The same with particles and pairs added up to the first of the `known` shapes that it fits in.
 
     The pairs that are added join the last particle to itself, from so far that it hears nothing; the particles have no
@@ -289,7 +289,7 @@ def filled(one: Lesson, known: Sequence[tuple[int, int]], cutoff_um: float) -> L
     }
     for name, value in zip(OF_PAIRS, (last, last, 2 * cutoff_um), strict=True):
         seen[name][one.size[1] :] = value
-    return Lesson(Graph(**seen), np.pad(one.moved_um, [(0, 0), (0, n), (0, 0)]))
+    return Example(Graph(**seen), np.pad(one.moved_um, [(0, 0), (0, n), (0, 0)]))
 
 
 def _inputs(seen: Graph) -> list["tf.Tensor"]:
@@ -359,14 +359,14 @@ class _Training:
     def member(
         self,
         number: int,
-        lessons: Sequence[Sequence[Lesson]],
-        tests: Sequence[Lesson],
+        examples: Sequence[Sequence[Example]],
+        tests: Sequence[Example],
         work: Path,
         earlier: Mapping[str, float],
     ) -> tuple[list[np.ndarray], Progress]:
         """Train one member, whose seed follows from the run's, or go on with it; its weights.
 
-        `lessons` are those of each training slurry, one for each of its windows of input frames; `earlier` is the cost
+        `examples` are those of each training slurry, one for each of its windows of input frames; `earlier` is the cost
         of attempts before this one, as far as the members before know it.
         """
         import keras
@@ -382,7 +382,9 @@ class _Training:
             "weights": [weights.numpy() for weights in member.trainable_variables],
             "optimizer": self.fresh,
         }
-        arrays = [array for lesson in (*(one for own in lessons for one in own), *tests) for array in lesson.arrays()]
+        arrays = [
+            array for example in (*(one for own in examples for one in own), *tests) for array in example.arrays()
+        ]
         identity = fingerprint(arrays, {**settings, "member": number})
         checkpoint, progress = work / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
         if found := read_checkpoint(checkpoint, identity, name):
@@ -391,15 +393,15 @@ class _Training:
             for variable, value in zip(variables, now[key], strict=True):
                 variable.assign(value)
 
-        sizes = [own[0].size[0] for own in lessons]
-        known = shapes([one.size for own in lessons for one in own])
-        n_steps, start, first = epochs * len(lessons), time.monotonic(), len(progress.history)
+        sizes = [own[0].size[0] for own in examples]
+        known = shapes([one.size for own in examples for one in own])
+        n_steps, start, first = epochs * len(examples), time.monotonic(), len(progress.history)
         for epoch in range(first + 1, epochs + 1):
             draw = np.random.default_rng((seed, epoch))
-            losses = np.zeros((len(lessons), 2))
-            for place, k in enumerate(draw.permutation(len(lessons))):
-                drawn = lessons[k][draw.integers(len(lessons[k]))]
-                share = ((epoch - 1) * len(lessons) + place) / n_steps
+            losses = np.zeros((len(examples), 2))
+            for place, k in enumerate(draw.permutation(len(examples))):
+                drawn = examples[k][draw.integers(len(examples[k]))]
+                share = ((epoch - 1) * len(examples) + place) / n_steps
                 self.optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
                 shown = filled(drawn, known, settings["cutoff_um"])
                 losses[k] = self.step(tf.constant(drawn.size[0]), tf.constant(shown.moved_um), *_inputs(shown.seen))
@@ -450,20 +452,20 @@ def fit(
     from slurrycast.surrogates import neighbour_network
 
     own_windows = windows(settings["input_frames"], settings["earlier_frames"])
-    lessons = [[lesson(slurry, frames, settings) for frames in own_windows] for slurry in slurries]
-    tests = [lesson(slurry, settings["input_frames"], settings) for slurry in validation]
+    examples = [[example(slurry, frames, settings) for frames in own_windows] for slurry in slurries]
+    tests = [example(slurry, settings["input_frames"], settings) for slurry in validation]
     shape = {
-        "n_scalars": lessons[0][0].seen.scalars.shape[1],
-        "n_past": lessons[0][0].seen.past.shape[2],
+        "n_scalars": examples[0][0].seen.scalars.shape[1],
+        "n_past": examples[0][0].seen.past.shape[2],
         "shares": layer_shares(settings),
         "width": settings["width"],
         "n_vectors": settings["vectors"],
         "cutoff_um": settings["cutoff_um"],
     }
-    training = _Training(shape, len(lessons[0][0].moved_um), settings)
+    training = _Training(shape, len(examples[0][0].moved_um), settings)
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        member, progress = training.member(number, lessons, tests, Path(work_directory), earlier)
+        member, progress = training.member(number, examples, tests, Path(work_directory), earlier)
         members.append(member)
         histories.append(progress.history)
         earlier = progress.earlier
@@ -496,11 +498,11 @@ def _answers(ensemble: "Ensemble", seen: Graph) -> tuple[np.ndarray, np.ndarray]
     return tuple(np.stack(outputs, axis=1) for outputs in zip(*answers, strict=True))
 
 
-def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
-    """Final unwrapped coordinates in um, in the final box of the question, and their spread (n, 3).
+def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
+    """Final unwrapped coordinates in um, in the final box of the input, and their spread (n, 3).
 
     Neighbours are those within the cutoff that the model was trained with, whatever `settings` say. InputError if the
-    file is no model of this kind or does not fit the question.
+    file is no model of this kind or does not fit the input.
     """
     start_keras()
     import keras
@@ -516,13 +518,13 @@ def predict(question: Question, model_path: str | Path, settings: Mapping) -> Pr
         raise InputError(f"{model_path}: not a model of {NAME}, or one of an earlier version: train it again")
     (ensemble,) = ensembles
     n_scalars, n_past = ensemble.shape["n_scalars"], ensemble.shape["n_past"]
-    n_frames, n_phases = len(question.frames), n_scalars - 2 * (n_past + 1) - 2
+    n_frames, n_phases = len(inputs.frames), n_scalars - 2 * (n_past + 1) - 2
     if n_past != n_frames - 1:
         raise InputError(f"{model_path}: was trained on {n_past + 1} input frames, asked with {n_frames}")
-    if n_phases != len(question.particles.phase_names):
-        known = len(question.particles.phase_names)
-        raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {question.slurry} has {known}")
-    seen = graph(question.particles, question.frames, question.final_edges_um, ensemble.shape["cutoff_um"])
+    if n_phases != len(inputs.particles.phase_names):
+        known = len(inputs.particles.phase_names)
+        raise InputError(f"{model_path}: was trained on {n_phases} phases, slurry {inputs.slurry} has {known}")
+    seen = graph(inputs.particles, inputs.frames, inputs.final_edges_um, ensemble.shape["cutoff_um"])
     moved_um, log_variance = _answers(ensemble, seen)
     # bounded, since of a neighbourhood unlike all that it learned from a network may expect anything
     length_um = np.linalg.norm(moved_um, axis=2, keepdims=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 NAME = "persistence"
 LOOKS_AT = "unwrapped coordinates of the particle itself in the last input frame"
@@ -16,6 +16,6 @@ HAS_SPREAD = False
 VARIANT = None
 
 
-def predict(question: Question, model_path: Path | None, settings: Mapping) -> Prediction:
+def predict(inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
     """Coordinates (n, 3) of the last input frame, um."""
-    return Prediction(question.last.position_um)
+    return Prediction(inputs.last.position_um)

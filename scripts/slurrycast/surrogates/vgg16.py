@@ -30,7 +30,7 @@ from slurrycast.surrogates.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 if TYPE_CHECKING:
     import keras
@@ -51,8 +51,8 @@ RELATIVE_EDGE_UM = 10.0  # edge to which these boxes are scaled, so that numbers
 
 BLOCKS = ((64, 64), (128, 128), (256, 256, 256), (512, 512, 512), (512, 512, 512))  # filters of the convolutions
 DENSE_UNITS = 4096
-# The study does not state the initial weights. He et al., arXiv:1502.01852, made these for deep networks of ReLU; with
-# Keras' default (Glorot & Bengio 2010) the signal all but vanishes on its way through 13 convolutions.
+# The reference article does not state the initial weights. He et al., arXiv:1502.01852, made these for deep networks of
+# ReLU; with Keras' default (Glorot & Bengio 2010) the signal all but vanishes on its way through 13 convolutions.
 INITIALIZER = "he_uniform"
 KERNEL = 3
 
@@ -354,12 +354,12 @@ def train(
     return progress.earlier
 
 
-def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
+def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
     """Predict final unwrapped coordinates in um; see `apply_model`."""
     unit_um = np.ones((1, 3))
     if settings.get("coordinates") == "relative":
-        unit_um = question.last.edges_um[None] / RELATIVE_EDGE_UM
-    features = in_units(particle_history(question.particles, question.frames), unit_um)
+        unit_um = inputs.last.edges_um[None] / RELATIVE_EDGE_UM
+    features = in_units(particle_history(inputs.particles, inputs.frames), unit_um)
     return Prediction(apply_model(model_path, features) * unit_um)
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from slurrycast.data.dataset import TrainingSet
 from slurrycast.data.features import FEATURE_NAMES, particle_history
 from slurrycast.surrogates import vgg16
-from slurrycast.surrogates.question import Prediction, Question
+from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
 NAME = "vgg16_box"
 LOOKS_AT = (
@@ -66,7 +66,7 @@ def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]
     return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
 
 
-def inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
+def network_inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
     """Features (n, frames, 9), or 6 without the box, of a history (n, frames, 6) and edges (n or 1, frames, 3)."""
     features = history.copy()
     if form.scaled:
@@ -92,7 +92,7 @@ def samples(training_set: TrainingSet, form: Form) -> vgg16.Samples:
     final_edges_um = training_set.target_edges_um[training_set.slurry_index]
     unit_um = _unit_um(final_edges_um, form)
     return vgg16.Samples(
-        features=inputs(training_set.features, edges_um, form),
+        features=network_inputs(training_set.features, edges_um, form),
         targets=(training_set.targets - _origin_um(training_set.features, edges_um, final_edges_um, form)) / unit_um,
         unit_um=unit_um,
         is_validation=training_set.is_validation,
@@ -111,11 +111,11 @@ def fit(
     return vgg16.train(NAME, data, True, settings, model_path, history_path, work_directory)
 
 
-def predict(question: Question, model_path: str | Path, settings: Mapping) -> Prediction:
-    """Predict final unwrapped coordinates in um, in the final box of the question."""
+def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
+    """Predict final unwrapped coordinates in um, in the final box of the input."""
     asked = form(settings)
-    history = particle_history(question.particles, question.frames)
-    edges_um = np.array([[frame.edges_um for frame in question.frames]])
-    final_edges_um = question.final_edges_um
-    output = vgg16.apply_model(model_path, inputs(history, edges_um, asked))
+    history = particle_history(inputs.particles, inputs.frames)
+    edges_um = np.array([[frame.edges_um for frame in inputs.frames]])
+    final_edges_um = inputs.final_edges_um
+    output = vgg16.apply_model(model_path, network_inputs(history, edges_um, asked))
     return Prediction(_origin_um(history, edges_um, final_edges_um, asked) + output * _unit_um(final_edges_um, asked))

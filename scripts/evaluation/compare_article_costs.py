@@ -1,9 +1,10 @@
-"""Set what the study says of its costs, term by term, beside what was measured here.
+"""Set what the reference article says of its costs, term by term, beside what was measured here.
 
 In: tables/speedup.csv and tables/equilibrium.csv, which says which slurries are of role test.
-Out: a table (CSV) of one row for each surrogate and term: slurries (number of those of role test), unit, study (its
-number; empty where it gives none), study_says (what it leaves open), and ours, of wall time: the median over the
-slurries; a part of a whole is that of the sums over the slurries. The study ran on other machines, at another scale.
+Out: a table (CSV) of one row for each surrogate and term: slurries (number of those of role test), unit, article (its
+number; empty where it gives none), article_says (what it leaves open), and ours, of wall time: the median over the
+slurries; a part of a whole is that of the sums over the slurries. The reference article ran on other machines, at
+another scale.
 """
 
 import argparse
@@ -13,7 +14,7 @@ import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS
-from slurrycast.report import study
+from slurrycast.report import reference_article as article
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.files import write_text
 
@@ -21,16 +22,22 @@ NOT_REPORTED = "not reported"
 
 
 def terms(own: pd.DataFrame) -> pd.DataFrame:
-    """Columns term, unit, study, study_says, ours of one surrogate, from its rows of tables/speedup.csv (wall_s)."""
+    """Columns term, unit, article, article_says, ours of one surrogate, from its rows (wall_s) of speedup.csv."""
     total = own[[*HYBRID_PARTS, "hybrid", "dem"]].sum()
-    input_share = study.INPUT_STEPS / study.STEPS
-    claimed = study.FULL_DEM_MIN / study.HYBRID_MIN
-    with_input_dem = study.FULL_DEM_MIN / (study.HYBRID_MIN + input_share * study.FULL_DEM_MIN)
+    input_share = article.INPUT_STEPS / article.STEPS
+    claimed = article.FULL_DEM_MIN / article.HYBRID_MIN
+    with_input_dem = article.FULL_DEM_MIN / (article.HYBRID_MIN + input_share * article.FULL_DEM_MIN)
     without_input_dem = own.dem / (own.hybrid - own.run_slurry_to_input)
     beyond_input = "if its hybrid time leaves out the DEM to the last input frame"
     rows = [
-        ("full DEM", "min", study.FULL_DEM_MIN, "", own.dem.median() / 60),
-        ("hybrid", "min", study.HYBRID_MIN, "about; which stages it counts is not stated", own.hybrid.median() / 60),
+        ("full DEM", "min", article.FULL_DEM_MIN, "", own.dem.median() / 60),
+        (
+            "hybrid",
+            "min",
+            article.HYBRID_MIN,
+            "about; which stages it counts is not stated",
+            own.hybrid.median() / 60,
+        ),
         ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", own.ratio.median()),
         ("the same without the DEM to the last input frame", "", claimed, beyond_input, without_input_dem.median()),
         (
@@ -50,9 +57,9 @@ def terms(own: pd.DataFrame) -> pd.DataFrame:
         ),
     ]
     for stage, name in HYBRID_PARTS.items():
-        says = study.HYBRID_PART_CLAIMS.get(stage, NOT_REPORTED)
+        says = article.HYBRID_PART_CLAIMS.get(stage, NOT_REPORTED)
         rows.append((f"share of hybrid: {name}", "%", None, says, 100 * total[stage] / total.hybrid))
-    return pd.DataFrame(rows, columns=["term", "unit", "study", "study_says", "ours"])
+    return pd.DataFrame(rows, columns=["term", "unit", "article", "article_says", "ours"])
 
 
 def parse_args() -> argparse.Namespace:

@@ -32,7 +32,7 @@ class Continuation:
 
 
 @dataclass(frozen=True)
-class Question:
+class PredictionInput:
     """All that a surrogate may look at: the input frames of one slurry, in their order, and nothing later.
 
     `final_edges_um` (3,) is given where the rule for the final box needs no prediction, `continuation` where the

@@ -1,7 +1,7 @@
-"""What the reproduced study reports, as data; wherever it is shown, it is labelled as theirs and as another scale.
+"""What the reference article reports, as data; wherever it is shown, it is labelled as theirs and as another scale.
 
 Le-Dinh et al., J. Power Sources 2026, doi 10.1016/j.jpowsour.2026.240447. Table and figure numbers are the article's.
-Slurries are known by the study's own numbers.
+Slurries are known by the reference article's own numbers.
 """
 
 from dataclasses import dataclass
