@@ -5,7 +5,7 @@ PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 
-.PHONY: demo test test-slurm torture lint reference clean-venv
+.PHONY: demo test test-slurm torture lint reference tables clean-venv
 
 demo: .venv/installed
 	$(BIN)/snakemake --cores $(CORES) --quiet rules reason
@@ -55,6 +55,10 @@ reference:
 		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.data.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \
 		write_frames("$(REFERENCE)/frames/$(SLURRY).h5", store.particles, [store.frame(10), store.frame(120)], store.attributes)'; \
 		rm -rf $(REFERENCE)/frames/.checksums; fi
+
+# The tables of README.md, docs/ and results/reference/README.md, from results/reference.
+tables: .venv/installed
+	PYTHONPATH=scripts $(BIN)/python docs/tables.py
 
 .venv/installed: envs/requirements.txt envs/constraints.txt
 	@command -v $(PYTHON) >/dev/null || { \

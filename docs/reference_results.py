@@ -1,0 +1,94 @@
+"""Reference results as tables: read by today's names, and what the documentation derives from them."""
+
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.dem.recipe import particle_counts, particle_types
+
+ROOT = Path(__file__).resolve().parents[1]
+REFERENCE = ROOT / "results" / "reference"
+
+# What reference results of earlier commits call otherwise, by its old name.
+OLD_QUANTITIES = {"twin_floor_um2": "perturbation_floor_um2"}
+
+
+def read_result(run: str, name: str) -> pd.DataFrame:
+    """Read tables/<name>.csv of a reference run with today's names."""
+    return read_table(REFERENCE / run / "tables" / f"{name}.csv").replace({"quantity": OLD_QUANTITIES})
+
+
+def slurries(run: str, role: str) -> list[str]:
+    """Ids of the slurries of a role in a reference run."""
+    equilibrium = read_equilibrium(REFERENCE / run / "tables" / "equilibrium.csv")
+    return list(equilibrium.slurry[equilibrium.role == role])
+
+
+def by_slurry(run: str, name: str, column: str) -> pd.DataFrame:
+    """One column of a table for the test slurries: slurries x surrogates."""
+    return read_result(run, name).pivot(index="slurry", columns="surrogate", values=column).loc[slurries(run, "test")]
+
+
+def relaxed(run: str) -> pd.DataFrame:
+    """Errors after relaxation on the test slurries, by surrogate and slurry.
+
+    Columns: density_error, |density / density of the DEM - 1|; density_in_sd, the same over the scatter of replicas;
+    rdf_ratio, the RDF difference over that of two replicas.
+    """
+    errors = read_result(run, "structure_errors")
+    errors = errors[(errors.stage == "relaxed") & errors.slurry.isin(slurries(run, "test"))]
+    density, rdf = (
+        errors[errors.quantity == quantity].set_index(["surrogate", "slurry"])
+        for quantity in ("density_g_cm3", "rdf_all")
+    )
+    off_g_cm3 = (density.value - density.dem_value).abs()
+    return pd.DataFrame(
+        {
+            "density_error": off_g_cm3 / density.dem_value,
+            "density_in_sd": off_g_cm3 / density.replica_sd,
+            "rdf_ratio": rdf.value / rdf.replica_sd,
+        }
+    )
+
+
+def measured_rates() -> dict[str, float]:
+    """Rates at reduced scale: particle-steps a CPU second, CPU seconds of training a particle and epoch, MB."""
+    cost = read_result("reduced", "cost")
+    dem = cost[cost.stage == "run_slurry"]
+    whole = dem[dem.steps == cost.steps.max()]
+    relaxations = cost[cost.stage == "relax_slurry"]
+    training = cost[(cost.stage == "train_surrogate") & (cost.surrogate == "vgg16")].iloc[0]
+    epochs = len(pd.read_csv(REFERENCE / "reduced" / "models" / "vgg16" / "history.csv"))
+    particles = relaxations.slurry.map(dem.set_index("slurry").particles)
+    return {
+        "dem": (whole.particles * whole.steps / whole.cpu_s).median(),
+        "relaxation": (particles * relaxations.steps / relaxations.cpu_s).median(),
+        "training_s": training.cpu_s / (training.particles * epochs),
+        "memory_mb": dem.max_rss_mb.max(),
+    }
+
+
+def full_scale_estimates() -> pd.DataFrame:
+    """Jobs of the full scale: job, particles, steps (or epochs) and cpu_h, the CPU hours at the measured rates."""
+    measured = measured_rates()
+    config, full = (
+        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")) for name in ("config", "full")
+    )
+    types = particle_types(config["formulation"]["phases"])
+    runs = pd.read_csv(ROOT / config["slurries"], sep="\t", dtype={"id": str}).set_index("id")
+    unit_mass_pg = full["formulation"]["unit_mass_pg"]
+    particles = runs.mass_units.map(lambda units: int(particle_counts(types, units * unit_mass_pg).sum()))
+    whole = particles[runs.role != "new"]
+    dem_steps, relaxation_steps = full["dem"]["steps"], full["relaxation"]["steps"]
+    epochs = full["surrogate"]["vgg16"]["epochs"]
+    rows = [
+        ("`run_slurry`, slurry 2", particles["2"], dem_steps, 1 / measured["dem"]),
+        ("`run_slurry`, slurry 6", particles["6"], dem_steps, 1 / measured["dem"]),
+        (f"`run_slurry`, all {len(whole)} that run to the end", whole.sum(), dem_steps, 1 / measured["dem"]),
+        ("`relax_slurry`, slurry 6", particles["6"], relaxation_steps, 1 / measured["relaxation"]),
+        ("`train_surrogate`, `vgg16`", particles[runs.role == "train"].sum(), epochs, measured["training_s"]),
+    ]
+    estimates = pd.DataFrame(rows, columns=["job", "particles", "steps", "cpu_s"])
+    return estimates.assign(cpu_h=estimates.particles * estimates.steps * estimates.cpu_s / 3600)

@@ -1,0 +1,47 @@
+"""What jobs of the full scale ask for, and the number of MPI ranks, against measurements of the reference runs."""
+
+import re
+
+import pandas as pd
+import yaml
+
+from checkouts import copy_checkout, snakemake
+from configurations import ROOT
+from reference_results import REFERENCE, full_scale_estimates, measured_rates, read_result
+
+WILDCARDS = {
+    "`run_slurry`, slurry 2": "slurry=2",
+    "`run_slurry`, slurry 6": "slurry=6",
+    "`relax_slurry`, slurry 6": "surrogate=vgg16, slurry=6, steps=",
+    "`train_surrogate`, `vgg16`": "surrogate=vgg16",
+}
+
+
+def test_jobs_ask_for_enough_time_and_memory(tmp_path):
+    """On cores less than half as fast, where a job has one; a training has several."""
+    plan = snakemake(copy_checkout(tmp_path / "full"), "--dry-run", "--configfile", "config/full.yaml")
+    blocks = re.split(r"\n(?=rule |localrule )", plan)
+    cpu_h = full_scale_estimates().set_index("job").cpu_h
+    for job, wildcards in WILDCARDS.items():
+        rule = job.split("`")[1]
+        (block,) = (
+            block for block in blocks if block.startswith(f"rule {rule}:") and f"wildcards: {wildcards}\n" in block
+        )
+        runtime_min, mem_mb = (int(re.search(rf"\b{name}=(\d+)", block)[1]) for name in ("runtime", "mem_mb"))
+        threads = int(found[1]) if (found := re.search(r"threads: (\d+)", block)) else 1
+        assert runtime_min / 60 * threads > 2 * cpu_h[job], job
+        assert mem_mb > 2 * measured_rates()["memory_mb"], job
+
+
+def test_memory_of_a_dem_hardly_depends_on_its_size():
+    cost = read_result("reduced", "cost")
+    peak_mb = cost[cost.stage == "run_slurry"].max_rss_mb
+    assert peak_mb.max() - peak_mb.min() < 1
+
+
+def test_side_by_side_is_faster_than_two_ranks():
+    times = pd.read_csv(REFERENCE / "mpi" / "ranks.csv").groupby("particles").median()
+    assert (2 * times.two_ranks_s > times.side_by_side_s).all()
+    for scale in (ROOT / "config").glob("*.yaml"):
+        ranks = (yaml.safe_load(scale.read_text()).get("dem") or {}).get("ranks", 1)
+        assert ranks == 1, scale

@@ -1,0 +1,135 @@
+"""The documentation: its tables, conclusions, links and lines, against the reference results and the files."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import tables
+from configurations import ROOT
+from reference_results import REFERENCE, by_slurry, read_result, relaxed
+
+FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
+PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
+NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
+LONG_LINES = {"CHANGELOG.md"}
+PROJECT_PATH = re.compile(r"`((?:config|docs|envs|profiles|results/reference|scripts|tests|workflow)/[\w./-]+)`")
+
+
+def heading_anchors(page: Path) -> set[str]:
+    """Anchors that the headings of a page have on GitHub."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_tables_are_those_of_the_reference_results():
+    done = subprocess.run([sys.executable, ROOT / "docs" / "tables.py", "--check"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_every_table_has_a_place():
+    shown = re.findall(r"<!-- table: (\w+) -->", "".join(page.read_text(encoding="utf-8") for page in PAGES))
+    assert set(shown) == set(tables.TABLES)
+
+
+def test_a_table_is_written_anew(monkeypatch):
+    monkeypatch.setitem(tables.TABLES, "pairs", lambda: pd.DataFrame({"a": ["1", None], "b": ["x", "y"]}))
+    page = "before\n<!-- table: pairs -->\n| of old |\n<!-- end of table -->\nafter\n"
+    filled = tables.fill(page)
+    assert filled == page.replace("| of old |\n", "| a | b |\n| --- | --- |\n| 1 | x |\n| - | y |\n")
+    assert tables.fill(filled) == filled
+
+
+@pytest.mark.parametrize(
+    ("page", "said"),
+    [
+        ("<!-- table: absent -->\n<!-- end of table -->\n", "no table absent"),
+        ("<!-- table: noise -->\n", "a marker of a table has no partner"),
+        ("<!-- end of table -->\n", "a marker of a table has no partner"),
+    ],
+)
+def test_bad_markers(page, said):
+    with pytest.raises(ValueError, match=said):
+        tables.fill(page)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_links_and_paths_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+        path, _, anchor = link.partition("#")
+        if "://" in path:
+            continue
+        target = page.parent / path if path else page
+        assert target.exists(), link
+        assert not anchor or anchor in heading_anchors(target), link
+    if page.name != "CHANGELOG.md":  # of files as they were
+        assert [path for path in PROJECT_PATH.findall(text) if not (ROOT / path).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_lines_have_at_most_120_characters(page):
+    if page.name in LONG_LINES:
+        pytest.skip("written before the limit")
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if len(line) > 120 and not line.startswith("|")] == []
+
+
+def test_conclusions_at_reduced_scale():
+    """What README.md and docs/evaluation.md conclude from their tables."""
+    skill, errors = by_slurry("reduced", "skill", "skill"), relaxed("reduced")
+    assert skill.vgg16.max() < skill.vgg16_box.min() < skill.vgg16_box.max() < 0 < skill.early_dem_x2.min()
+    assert errors.density_error.max() < 0.01
+    assert errors.rdf_ratio.max() < 1.2
+    ablation = pd.read_csv(REFERENCE / "ablation" / "ablation.csv").set_index("surrogate")
+    box, blind = ablation.loc["vgg16_box"], ablation.loc["vgg16_box_nobox"]
+    assert box.best_val_loss_um2 < blind.best_val_loss_um2 < ablation.best_val_loss_um2["affine"]
+    assert max(box.validation_skill, box.test_skill) < min(blind.validation_skill, blind.test_skill) < 0
+    assert ablation.test_skill.idxmin() == "vgg16_box_absolute"
+    timestep = pd.read_csv(REFERENCE / "timestep" / "timestep_summary.csv")
+    assert set(timestep.accepted) == {"yes"}
+
+
+def test_conclusions_on_neighbours():
+    """What README.md and docs/neighbours.md conclude from their tables."""
+    skill, cost = by_slurry("small", "skill", "skill"), by_slurry("small", "front", "cost_share_of_full_dem")
+    assert (skill.neighbours > skill.early_dem_x2).all() and (skill.neighbours > 0).all()
+    assert (cost.neighbours < cost.early_dem_x2).all()
+    means, shares = skill.mean(), cost.mean()
+    assert means.driven_dem < means.neighbours < means.affine_f24 < means.driven_dem_f24
+    assert shares.driven_dem < 0.7 * shares.neighbours
+    assert (abs(shares[["affine_f24", "driven_dem_f24"]] - shares.neighbours) < 0.01).all()
+    early, paid = (
+        by_slurry("start", table, column).mean()
+        for table, column in (("skill", "skill"), ("front", "cost_share_of_full_dem"))
+    )
+    for frame in ("_f02", "_f04", "_f06", "", "_f18"):
+        assert early[f"affine{frame}"] < early[f"neighbours{frame}"] < early[f"driven_dem{frame}"]
+        assert paid[f"driven_dem{frame}"] < paid[f"neighbours{frame}"]
+    start = relaxed("start").groupby("surrogate").mean()
+    assert (start.density_in_sd < 2).all() and (start.rdf_ratio < 1.1).all()
+
+
+def test_the_affine_error_of_one_slurry_can_be_computed_anew():
+    """From its last input frame and the packing fraction of the training slurries alone, by the code as it is."""
+    from slurrycast.analysis.errors import coordinate_errors
+    from slurrycast.data.final_box import scale_to_packing_fraction
+    from slurrycast.data.frames import read_frames
+    from slurrycast.dem.recipe import sphere_volume_um3
+    from slurrycast.surrogates import affine
+    from slurrycast.surrogates.prediction import PredictionInput
+
+    folder = REFERENCE / "reduced"
+    packing_fraction = json.loads((folder / "packing_fraction.json").read_text())["mean"]
+    with read_frames(folder / "frames" / "2.h5") as store:
+        last, target = (store.frame(int(k)) for k in store.frame_numbers)
+        volume_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
+        edges_um = last.edges_um * scale_to_packing_fraction(packing_fraction, volume_um3, last.edges_um)
+        prediction = affine.predict(PredictionInput("2", store.particles, (last,), edges_um), None, {})
+    error = coordinate_errors(target.position_um, prediction.position_um)["all"].mse_um2
+    skill = read_result("reduced", "skill").set_index(["surrogate", "slurry"])
+    assert error == pytest.approx(skill.mse_um2["affine", "2"], rel=1e-6)
