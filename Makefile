@@ -60,7 +60,7 @@ reference:
 tables: .venv/installed
 	PYTHONPATH=scripts $(BIN)/python docs/tables.py
 
-.venv/installed: envs/requirements.txt envs/constraints.txt
+.venv/installed: envs/requirements.txt envs/constraints.txt pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { \
 		echo "error: $(PYTHON) is not on PATH; Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
@@ -68,6 +68,7 @@ tables: .venv/installed
 		exit 1; }
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
 .venv/installed-test: .venv/installed envs/requirements-test.txt
