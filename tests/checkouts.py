@@ -17,16 +17,16 @@ def copy_checkout(folder: Path) -> Path:
     for part in PARTS:
         source = ROOT / part
         if source.is_dir():
-            shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(source, folder / part, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
         else:
             shutil.copy(source, folder / part)
     return folder
 
 
-def snakemake(project: Path, *arguments: str, fails: bool = False) -> str:
-    """Run Snakemake in `project` without an activated environment; return all that it prints."""
+def snakemake(project: Path, *arguments: str, fails: bool = False, python: str | Path = sys.executable) -> str:
+    """Run Snakemake in `project` with a Python of an environment that is not activated; return all that it prints."""
     program = Path(sys.executable).with_name("snakemake")
-    command = [program, "--cores", "2", *arguments]
+    command = [python, program, "--cores", "2", *arguments]
     environment = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "DISPLAY")}
     done = subprocess.run(
         command, cwd=project, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
