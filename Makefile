@@ -1,17 +1,23 @@
-# Two commands from a fresh clone: `make demo` runs the whole workflow at demo scale, `make test` all tests.
+# Two commands from a fresh clone: `make demo` runs the whole workflow at demo scale, `make test` the tests.
 # Everything they need goes into .venv; nothing else on the machine is touched.
 
 PYTHON ?= python3
 CORES ?= 2
+# Processes of pytest; 0 runs the tests one after the other.
+WORKERS ?= 2
 BIN := .venv/bin
 
-.PHONY: demo test test-slurm torture lint reference tables clean-venv
+.PHONY: demo test test-full test-slurm torture lint reference tables clean-venv
 
 demo: .venv/installed
 	$(BIN)/snakemake --cores $(CORES) --quiet rules reason
 
+# At most 10 minutes on two idle cores. test-full adds the tests marked `full`, which repeat what others show.
 test: .venv/installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder -m "not full"
+
+test-full: .venv/installed-test
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 # The workflow on a real Slurm of one node, which is there for the test alone. Its environment is another one: see
 # envs/requirements-slurm.txt.
@@ -20,7 +26,7 @@ test-slurm:
 	if [ -n "$$missing" ]; then echo "test-slurm: skipped: $$missing"; else \
 		$(MAKE) .venv-slurm/installed && .venv-slurm/bin/python -m pytest tests/slurm; fi
 
-# Kills, damaged files and full disks: docs/reliability.md. Some 20 minutes; a short version is among the tests.
+# Kills, damaged files and full disks: docs/reliability.md. Some 20 minutes; test-full has a short version.
 torture: .venv/installed
 	$(BIN)/python tests/torture/campaign.py --table results/torture.csv
 

@@ -26,6 +26,19 @@ INPUT_FILES = {
 RESTART_FRAMES = [1, 10, 60]
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Where several processes share the tests, let one run all of a file, or of tests/workflow, which share fixtures.
+
+    Whole workflows are started first, as they take longest.
+    """
+    if not hasattr(config, "workerinput"):
+        return
+    for item in items:
+        folder = item.path.parent
+        item.add_marker(pytest.mark.xdist_group(folder.name if folder.name == "workflow" else str(item.path)))
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
 @pytest.fixture
 def root() -> Path:
     """The project folder."""

@@ -153,6 +153,7 @@ def test_a_disk_of_its_own_leaves_the_folder_as_it_was(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.full
 def test_short_campaign(tmp_path):
     """Damaged files, and three kills: LAMMPS in the DEM, Snakemake in the prediction, the driver of a relaxation."""
     (tmp_path / "slurries.tsv").write_text(SHORT_TABLE)
