@@ -18,7 +18,7 @@ min_version("9.14.8")  # jobs on other nodes see the same configuration
 configfile: "config/config.yaml"
 
 
-include: "workflow/rules/configuration.smk"
+include: "workflow/rules/common.smk"
 include: "workflow/rules/dem.smk"
 include: "workflow/rules/dataset.smk"
 include: "workflow/rules/surrogate.smk"

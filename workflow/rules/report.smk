@@ -45,21 +45,7 @@ rule draw_rules:
         script="scripts/report/draw_rules.py",
         modules=modules("scripts/report/draw_rules.py"),
         snakefile="Snakefile",
-        rules=expand(
-            "workflow/rules/{part}.smk",
-            part=[
-                "configuration",
-                "dem",
-                "dataset",
-                "surrogate",
-                "hybrid",
-                "analysis",
-                "evaluation",
-                "convergence",
-                "size",
-                "report",
-            ],
-        ),
+        rules=sorted(map(str, Path("workflow/rules").rglob("*.smk"))),
         config=rules.record_run.output.config,
     output:
         rulegraph=f"{RESULTS}/figures/rulegraph.dot",
