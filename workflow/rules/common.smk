@@ -79,6 +79,10 @@ COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
 PREDICTED = with_role("validation", "test", "new")
 PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
+EVALUATED = list(LABELS)
+ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
+HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
+HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 
 def of_table(key, ids, allowed):

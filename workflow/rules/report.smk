@@ -8,7 +8,7 @@ REQUIRED INPUTS:
 OUTPUTS:
     config.yaml, versions.json, versions/<name>.json
     figures/*.png
-    report.html
+    report.html, evaluation.html
 """
 
 
@@ -332,4 +332,57 @@ rule write_report:
         " --speedup {input.speedup:q} {params.training_range:q}"
         " --surrogates {params.surrogates:q} --models {params.models:q} --histories {params.histories:q}"
         " --figures {input.figures:q} --report {output.report:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule write_evaluation:
+    input:
+        script="scripts/evaluation/write_evaluation.py",
+        modules=modules("scripts/evaluation/write_evaluation.py"),
+        template="scripts/slurrycast/report/report.html.jinja",
+        equilibrium=rules.measure_equilibrium.output.table,
+        skill=rules.compute_skill.output.table,
+        noise=rules.measure_noise.output.table,
+        structure_errors=rules.compare_structure.output.table,
+        front=rules.compute_front.output.table,
+        equal_cost=rules.compare_at_equal_cost.output.table,
+        cost_scaling=rules.fit_costs.output.table,
+        article_costs=rules.compare_article_costs.output.table,
+        ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
+        relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
+        uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
+        figures=[
+            rules.plot_skill.output.figure,
+            rules.plot_structure.output.figure,
+            rules.plot_front.output.figure,
+            *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),
+            *([rules.plot_uncertainty.output.figure] if SPREADING else []),
+        ],
+    output:
+        page=report(f"{RESULTS}/evaluation.html", caption="../report/evaluation.rst", category="Report"),
+    log:
+        f"{RESULTS}/logs/write_evaluation.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/write_evaluation.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        run=config["run"]["name"],
+        relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in EVALUATED}),
+        networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
+        density_tolerance=config["evaluation"]["density_tolerance"],
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
+        optional=lambda wildcards, input: [
+            word
+            for name in ("ablation", "relaxation", "uncertainty")
+            if input[name]
+            for word in (f"--{name}", input[name])
+        ],
+    shell:
+        "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
+        " --density-tolerance {params.density_tolerance} --rdf-tolerance {params.rdf_tolerance} --relaxed-for {params.relaxed_for:q}"
+        " --equilibrium {input.equilibrium:q}"
+        " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
+        " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
+        " --article-costs {input.article_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"
         " 2>&1 | tee {log:q}"

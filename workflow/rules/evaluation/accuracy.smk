@@ -1,0 +1,190 @@
+"""How accurate the predictions are, beside the affine map and the noise of the DEM.
+
+REQUIRED INPUTS:
+    frames/{slurry}.h5
+    hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5; relaxed-<steps>.h5 by rule relax_slurry
+    structure/{source}/{slurry}.csv, {slurry}_rdf.csv
+    costs/relax_slurry/, tables/noise.csv
+    config[evaluation]
+
+OUTPUTS:
+    tables/skill.csv, structure_errors.csv, relaxation.csv
+    figures/skill.png, structure.png, relaxation.png
+"""
+
+
+rule compute_skill:
+    input:
+        script="scripts/evaluation/compute_skill.py",
+        modules=modules("scripts/evaluation/compute_skill.py"),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=EVALUATED, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(EVALUATED)),
+        noise=rules.measure_noise.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/skill.csv",
+            caption="../../report/skill.rst",
+            category="Evaluation",
+            labels={"table": "skill"},
+        ),
+        cost=f"{RESULTS}/costs/compute_skill.json",
+    log:
+        f"{RESULTS}/logs/compute_skill.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compute_skill.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q} --noise {input.noise:q}"
+        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_structure:
+    input:
+        script="scripts/evaluation/compare_structure.py",
+        modules=modules("scripts/evaluation/compare_structure.py"),
+        structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=HELD_OUT),
+        rdf=expand(rules.measure_structure.output.rdf, source=EVALUATED, slurry=HELD_OUT),
+        dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
+        dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=HELD_OUT),
+        noise=rules.measure_noise.output.table,
+        replica_rdf=rules.measure_noise.input.rdf,
+    output:
+        table=report(
+            f"{RESULTS}/tables/structure_errors.csv",
+            caption="../../report/structure_errors.rst",
+            category="Evaluation",
+            labels={"table": "structural errors"},
+        ),
+        cost=f"{RESULTS}/costs/compare_structure.json",
+    log:
+        f"{RESULTS}/logs/compare_structure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_structure.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q}"
+        " --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q} --noise {input.noise:q}"
+        " --replica-rdf {input.replica_rdf:q}"
+        " --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_relaxation:
+    input:
+        script="scripts/evaluation/compare_relaxation.py",
+        modules=modules("scripts/evaluation/compare_relaxation.py"),
+        relaxed=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.relaxed),
+        costs=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.cost),
+        structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=with_role("validation")),
+        dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=with_role("validation")),
+        dem_rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=with_role("validation")),
+        noise=rules.measure_noise.output.table,
+        replica_rdf=rules.measure_noise.input.rdf,
+    output:
+        table=report(
+            f"{RESULTS}/tables/relaxation.csv",
+            caption="../../report/relaxation.rst",
+            category="Evaluation",
+            labels={"table": "length of the relaxation"},
+        ),
+        cost=f"{RESULTS}/costs/compare_relaxation.json",
+    log:
+        f"{RESULTS}/logs/compare_relaxation.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_relaxation.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * (1000 + max(map(particles, HELD_OUT)) // 20),
+        # as structure_minutes, of all that are measured one after the other
+        runtime=lambda wildcards, input, attempt: (
+            attempt * (5 + len(input.relaxed) * max(map(particles, HELD_OUT)) // 10000)
+        ),
+    params:
+        cutoff_um=config["analysis"]["rdf_cutoff_um"],
+        bins=config["analysis"]["rdf_bins"],
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
+    shell:
+        "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
+        " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
+        " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um}"
+        " --bins {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_skill:
+    input:
+        script="scripts/evaluation/plot_skill.py",
+        modules=modules("scripts/evaluation/plot_skill.py"),
+        skill=rules.compute_skill.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/skill.png",
+            caption="../../report/skill_figure.rst",
+            category="Evaluation",
+            labels={"figure": "skill"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_skill.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_skill.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --skill {input.skill:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
+
+
+rule plot_structure:
+    input:
+        script="scripts/evaluation/plot_structure.py",
+        modules=modules("scripts/evaluation/plot_structure.py"),
+        structure_errors=rules.compare_structure.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/structure.png",
+            caption="../../report/structure_figure.rst",
+            category="Evaluation",
+            labels={"figure": "structural errors"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_structure.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_structure.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        slurries=with_role("test"),
+    shell:
+        "python {input.script:q} --structure-errors {input.structure_errors:q} --slurries {params.slurries:q}"
+        " --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_relaxation:
+    input:
+        script="scripts/evaluation/plot_relaxation.py",
+        modules=modules("scripts/evaluation/plot_relaxation.py"),
+        relaxation=rules.compare_relaxation.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/relaxation.png",
+            caption="../../report/relaxation_figure.rst",
+            category="Evaluation",
+            labels={"figure": "length of the relaxation"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_relaxation.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_relaxation.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
+    shell:
+        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-tolerance {params.rdf_tolerance} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"

@@ -1,0 +1,176 @@
+"""What the predictions cost, beside their errors and beside the full DEM.
+
+REQUIRED INPUTS:
+    costs/, dem/{slurry}/run.json
+    tables/equilibrium.csv, speedup.csv, skill.csv, structure_errors.csv
+
+OUTPUTS:
+    tables/front.csv, equal_cost.csv, cost_scaling.csv, article_costs.csv
+    figures/front.png
+"""
+
+
+rule compute_front:
+    input:
+        script="scripts/evaluation/compute_front.py",
+        modules=modules("scripts/evaluation/compute_front.py"),
+        costs=[
+            *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
+            *expand(
+                [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, RELAXATION_COST],
+                surrogate=EVALUATED,
+                slurry=HELD_OUT,
+            ),
+        ],
+        equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
+        structure_errors=rules.compare_structure.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/front.csv",
+            caption="../../report/front.rst",
+            category="Evaluation",
+            labels={"table": "error against cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/compute_front.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compute_front.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        input_steps=input_steps(EVALUATED),
+    shell:
+        "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
+        " --structure-errors {input.structure_errors:q} --input-steps {params.input_steps:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_at_equal_cost:
+    input:
+        script="scripts/evaluation/compare_at_equal_cost.py",
+        modules=modules("scripts/evaluation/compare_at_equal_cost.py"),
+        front=rules.compute_front.output.table,
+        skill=rules.compute_skill.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/equal_cost.csv",
+            caption="../../report/equal_cost.rst",
+            category="Evaluation",
+            labels={"table": "early DEM at equal cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/compare_at_equal_cost.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_at_equal_cost.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --front {input.front:q} --skill {input.skill:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule fit_costs:
+    input:
+        script="scripts/evaluation/fit_costs.py",
+        modules=modules("scripts/evaluation/fit_costs.py"),
+        costs=[
+            *rules.compute_front.input.costs,
+            *expand(
+                [
+                    rules.generate_inputs.output.cost,
+                    rules.run_slurry.output.cost,
+                    rules.extract_frames.output.cost,
+                ],
+                slurry=TRAINING,
+            ),
+            *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
+            rules.measure_packing.output.cost,
+            *expand(
+                f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
+                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.keras"],
+            ),
+            *expand(
+                f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
+                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.json"],
+            ),
+        ],
+        equilibrium=rules.measure_equilibrium.output.table,
+        runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
+    output:
+        table=report(
+            f"{RESULTS}/tables/cost_scaling.csv",
+            caption="../../report/cost_scaling.rst",
+            category="Evaluation",
+            labels={"table": "cost against size, and training"},
+        ),
+    log:
+        f"{RESULTS}/logs/fit_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/fit_costs.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        input_steps=input_steps(EVALUATED),
+        learning=[
+            text
+            for text, module in MODULES.items()
+            if module.MODEL_FILE or (module.BOX_RULE == "mean_packing_fraction" and not PACKING_GIVEN)
+        ],
+    shell:
+        "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
+        " --input-steps {params.input_steps:q} --learns-from-dem {params.learning:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_article_costs:
+    input:
+        script="scripts/evaluation/compare_article_costs.py",
+        modules=modules("scripts/evaluation/compare_article_costs.py"),
+        speedup=rules.compare_costs.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/article_costs.csv",
+            caption="../../report/article_costs.rst",
+            category="Evaluation",
+            labels={"table": "cost as the reference article claims it"},
+        ),
+    log:
+        f"{RESULTS}/logs/compare_article_costs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_article_costs.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --speedup {input.speedup:q} --equilibrium {input.equilibrium:q} --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_front:
+    input:
+        script="scripts/evaluation/plot_front.py",
+        modules=modules("scripts/evaluation/plot_front.py"),
+        front=rules.compute_front.output.table,
+        skill=rules.compute_skill.output.table,
+        structure_errors=rules.compare_structure.output.table,
+        equilibrium=rules.measure_equilibrium.output.table,
+        speedup=rules.compare_costs.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/front.png",
+            caption="../../report/front_figure.rst",
+            category="Evaluation",
+            labels={"figure": "error against cost"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_front.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_front.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --front {input.front:q} --skill {input.skill:q}"
+        " --structure-errors {input.structure_errors:q}"
+        " --equilibrium {input.equilibrium:q} --speedup {input.speedup:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"

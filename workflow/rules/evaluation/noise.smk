@@ -1,0 +1,120 @@
+"""The noise of the DEM: how far runs with other seeds differ, and how far a slightly perturbed run drifts away.
+
+REQUIRED INPUTS:
+    dem/{slurry}/frame_<k>.restart, run.json, inputs.json, coefficients.lmp
+    frames/{slurry}.h5, also of replicas
+    hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
+    config[evaluation]
+
+OUTPUTS:
+    perturbed/{slurry}.h5
+    structure/{source}/{slurry}.csv, {slurry}_rdf.csv: of the DEM or a surrogate
+    tables/noise.csv
+"""
+
+
+rule run_perturbed:
+    input:
+        script="scripts/evaluation/run_perturbed.py",
+        modules=modules("scripts/evaluation/run_perturbed.py"),
+        lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
+        run=rules.run_slurry.output.run,
+        frames=rules.extract_frames.output.frames,
+        inputs=rules.generate_inputs.output.inputs,
+        coefficients=rules.generate_inputs.output.coefficients,
+        restart=f"{RESULTS}/dem/{{slurry}}/frame_{max(INPUT_FRAMES)}.restart",
+    output:
+        perturbed=f"{RESULTS}/perturbed/{{slurry}}.h5",
+        cost=f"{RESULTS}/costs/run_perturbed/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/run_perturbed/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/run_perturbed/{{slurry}}.tsv"
+    conda:
+        "../../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    # How LAMMPS is started stands among the resources, as in run_slurry.
+    resources:
+        budgeted=int(BUDGETED),
+        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
+        tasks=config["dem"]["ranks"],
+        cpus_per_task=1,
+        executable=config["dem"]["executable"],
+        mem_mb=slurry_mb,
+        runtime=dem_minutes,
+    params:
+        first_frame=max(INPUT_FRAMES),
+        target_frame=TARGET_FRAME,
+        displacement_um=config["evaluation"]["perturbation_um"],
+        work=lambda wildcards: f"{RESULTS}/perturbed/{wildcards.slurry}_work",
+        attempts=lambda wildcards: f"{RESULTS}/logs/run_perturbed/{wildcards.slurry}",
+    shell:
+        "python {input.script:q} --restart {input.restart:q} --inputs {input.inputs:q}"
+        " --coefficients {input.coefficients:q} --frames {input.frames:q} --first-frame {params.first_frame}"
+        " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
+        " --perturbed {output.perturbed:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_structure:
+    input:
+        unpack(structure_options),
+        script="scripts/evaluation/measure_structure.py",
+        modules=modules("scripts/evaluation/measure_structure.py"),
+    output:
+        structure=f"{RESULTS}/structure/{{source}}/{{slurry}}.csv",
+        rdf=f"{RESULTS}/structure/{{source}}/{{slurry}}_rdf.csv",
+        cost=f"{RESULTS}/costs/measure_structure/{{source}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/measure_structure/{{source}}/{{slurry}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_structure/{{source}}/{{slurry}}.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    resources:
+        mem_mb=slurry_mb,
+        runtime=structure_minutes,
+    params:
+        stores=lambda wildcards, input: (
+            ["--dem", input.dem, "--target-frame", TARGET_FRAME]
+            if wildcards.source == "dem"
+            else ["--predicted", input.predicted, "--relaxed", input.relaxed]
+        ),
+        cutoff_um=config["analysis"]["rdf_cutoff_um"],
+        bins=config["analysis"]["rdf_bins"],
+    shell:
+        "python {input.script:q} {params.stores:q} --cutoff-um {params.cutoff_um} --bins {params.bins}"
+        " --structure {output.structure:q} --rdf {output.rdf:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_noise:
+    input:
+        script="scripts/evaluation/measure_noise.py",
+        modules=modules("scripts/evaluation/measure_noise.py"),
+        structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
+        rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
+        perturbed=lambda wildcards: expand(rules.run_perturbed.output.perturbed, slurry=replicated()),
+        frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=replicated()),
+    output:
+        table=report(
+            f"{RESULTS}/tables/noise.csv",
+            caption="../../report/noise.rst",
+            category="Evaluation",
+            labels={"table": "noise of the DEM"},
+        ),
+        cost=f"{RESULTS}/costs/measure_noise.json",
+    log:
+        f"{RESULTS}/logs/measure_noise.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/measure_noise.tsv"
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q} --perturbed {input.perturbed:q}"
+        " --frames {input.frames:q} --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"

@@ -1,0 +1,99 @@
+"""How far the spread of a prediction tells its error, for surrogates that have a spread.
+
+REQUIRED INPUTS:
+    frames/{slurry}.h5
+    hybrid/{surrogate}/{slurry}/predicted.h5
+
+OUTPUTS:
+    models/{surrogate}/calibration.json
+    tables/uncertainty.csv
+    figures/uncertainty.png
+"""
+
+if SPREADING:
+
+    rule calibrate_spread:
+        input:
+            script="scripts/evaluation/calibrate_spread.py",
+            modules=modules("scripts/evaluation/calibrate_spread.py"),
+            predicted=lambda wildcards: expand(
+                rules.predict_slurry.output.predicted, surrogate=wildcards.surrogate, slurry=calibrated_on()
+            ),
+            frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=calibrated_on()),
+        output:
+            calibration=f"{RESULTS}/models/{{surrogate}}/calibration.json",
+            cost=f"{RESULTS}/costs/calibrate_spread/{{surrogate}}.json",
+        log:
+            f"{RESULTS}/logs/calibrate_spread/{{surrogate}}.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/calibrate_spread/{{surrogate}}.tsv"
+        wildcard_constraints:
+            surrogate="|".join(SPREADING),
+        localrule: True
+        conda:
+            "../../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --calibration {output.calibration:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+    rule measure_uncertainty:
+        input:
+            script="scripts/evaluation/measure_uncertainty.py",
+            modules=modules("scripts/evaluation/measure_uncertainty.py"),
+            predicted=expand(rules.predict_slurry.output.predicted, surrogate=SPREADING, slurry=HELD_OUT),
+            frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SPREADING)),
+            calibrations=expand(rules.calibrate_spread.output.calibration, surrogate=SPREADING),
+        output:
+            table=report(
+                f"{RESULTS}/tables/uncertainty.csv",
+                caption="../../report/uncertainty.rst",
+                category="Evaluation",
+                labels={"table": "uncertainty"},
+            ),
+            cost=f"{RESULTS}/costs/measure_uncertainty.json",
+        log:
+            f"{RESULTS}/logs/measure_uncertainty.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/measure_uncertainty.tsv"
+        localrule: True
+        conda:
+            "../../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+            roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --calibrations {input.calibrations:q} --roles {params.roles:q}"
+            " --table {output.table:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+    rule plot_uncertainty:
+        input:
+            script="scripts/evaluation/plot_uncertainty.py",
+            modules=modules("scripts/evaluation/plot_uncertainty.py"),
+            predicted=rules.measure_uncertainty.input.predicted,
+            frames=rules.measure_uncertainty.input.frames,
+            uncertainty=rules.measure_uncertainty.output.table,
+        output:
+            figure=report(
+                f"{RESULTS}/figures/uncertainty.png",
+                caption="../../report/uncertainty_figure.rst",
+                category="Evaluation",
+                labels={"figure": "uncertainty"},
+            ),
+        log:
+            f"{RESULTS}/logs/plot_uncertainty.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/plot_uncertainty.tsv"
+        localrule: True
+        conda:
+            "../../../envs/analysis.yaml"
+        params:
+            target_frame=TARGET_FRAME,
+        shell:
+            "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
+            " --target-frame {params.target_frame} --uncertainty {input.uncertainty:q} --figure {output.figure:q}"
+            " 2>&1 | tee {log:q}"

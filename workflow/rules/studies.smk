@@ -1,0 +1,179 @@
+"""Studies beside the main job: the ablation of vgg16_box, the time step of the DEM, and the size of the slurries.
+
+REQUIRED INPUTS:
+    models/{surrogate}/history.csv, dataset/training.h5, tables/skill.csv: for the ablation
+    dem/{slurry}/run.json, thermo.csv and structure/dem/{slurry}.csv, {slurry}_rdf.csv of the runs of
+    config[convergence]: for the time step
+    dem/{slurry}/thermo.csv, run.json, frames/{slurry}.h5, hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5: for
+    the size
+    tables/equilibrium.csv
+
+OUTPUTS:
+    tables/ablation.csv, timestep.csv, timestep_summary.csv, size_errors.csv, size_clock.csv
+    figures/timesteps.png, sizes.png
+"""
+
+if HAS_ABLATION:
+
+    rule tabulate_ablation:
+        input:
+            script="scripts/studies/tabulate_ablation.py",
+            modules=modules("scripts/studies/tabulate_ablation.py"),
+            histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=ABLATION),
+            dataset=rules.assemble_dataset.output.dataset,
+            skill=rules.compute_skill.output.table,
+        output:
+            table=report(
+                f"{RESULTS}/tables/ablation.csv",
+                caption="../report/ablation.rst",
+                category="Evaluation",
+                labels={"table": "ablation"},
+            ),
+            cost=f"{RESULTS}/costs/tabulate_ablation.json",
+        log:
+            f"{RESULTS}/logs/tabulate_ablation.log",
+        benchmark:
+            f"{RESULTS}/benchmarks/tabulate_ablation.tsv"
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            surrogates=ABLATION,
+            roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
+        shell:
+            "python {input.script:q} --surrogates {params.surrogates:q} --histories {input.histories:q}"
+            " --dataset {input.dataset:q} --skill {input.skill:q} --roles {params.roles:q}"
+            " --table {output.table:q} --cost {output.cost:q}"
+            " 2>&1 | tee {log:q}"
+
+
+rule compare_timesteps:
+    input:
+        script="scripts/studies/compare_timesteps.py",
+        modules=modules("scripts/studies/compare_timesteps.py"),
+        runs=lambda wildcards: expand(rules.run_slurry.output.run, slurry=timestep_runs()),
+        thermo=lambda wildcards: expand(rules.run_slurry.output.thermo, slurry=timestep_runs()),
+        structure=lambda wildcards: expand(
+            rules.measure_structure.output.structure, source="dem", slurry=timestep_runs()
+        ),
+        rdf=lambda wildcards: expand(rules.measure_structure.output.rdf, source="dem", slurry=timestep_runs()),
+    output:
+        runs=report(
+            f"{RESULTS}/tables/timestep.csv",
+            caption="../report/timestep.rst",
+            category="Convergence",
+            labels={"table": "runs"},
+        ),
+        summary=report(
+            f"{RESULTS}/tables/timestep_summary.csv",
+            caption="../report/timestep_summary.rst",
+            category="Convergence",
+            labels={"table": "time steps"},
+        ),
+        cost=f"{RESULTS}/costs/compare_timesteps.json",
+    log:
+        f"{RESULTS}/logs/compare_timesteps.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_timesteps.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        max_density_difference=config["convergence"]["max_density_difference"],
+    shell:
+        "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
+        " --structure {input.structure:q} --rdf {input.rdf:q}"
+        " --max-density-difference {params.max_density_difference}"
+        " --runs {output.runs:q} --summary {output.summary:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_timesteps:
+    input:
+        script="scripts/studies/plot_timesteps.py",
+        modules=modules("scripts/studies/plot_timesteps.py"),
+        runs=rules.compare_timesteps.output.runs,
+        summary=rules.compare_timesteps.output.summary,
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/timesteps.png",
+            caption="../report/timesteps.rst",
+            category="Convergence",
+            labels={"figure": "time steps"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_timesteps.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_timesteps.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        max_density_difference=config["convergence"]["max_density_difference"],
+    shell:
+        "python {input.script:q} --runs {input.runs:q} --summary {input.summary:q} --equilibrium {input.equilibrium:q}"
+        " --max-density-difference {params.max_density_difference} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule compare_sizes:
+    input:
+        script="scripts/studies/compare_sizes.py",
+        modules=modules("scripts/studies/compare_sizes.py"),
+        frames=expand(rules.extract_frames.output.frames, slurry=TRAINING + HELD_OUT),
+        runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
+        thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
+        relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=HELD_OUT),
+        equilibrium=rules.measure_equilibrium.output.table,
+    output:
+        table=report(
+            f"{RESULTS}/tables/size_errors.csv",
+            caption="../report/size_errors.rst",
+            category="Size",
+            labels={"table": "volume errors"},
+        ),
+        clock=report(
+            f"{RESULTS}/tables/size_clock.csv",
+            caption="../report/size_clock.rst",
+            category="Size",
+            labels={"table": "clock of the barostat"},
+        ),
+        cost=f"{RESULTS}/costs/compare_sizes.json",
+    log:
+        f"{RESULTS}/logs/compare_sizes.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare_sizes.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        last_input_frame=max(INPUT_FRAMES),
+        target_frame=TARGET_FRAME,
+    shell:
+        "python {input.script:q} --frames {input.frames:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
+        " --predicted {input.predicted:q} --relaxed {input.relaxed:q} --equilibrium {input.equilibrium:q}"
+        " --last-input-frame {params.last_input_frame} --target-frame {params.target_frame}"
+        " --table {output.table:q} --clock {output.clock:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_sizes:
+    input:
+        script="scripts/studies/plot_sizes.py",
+        modules=modules("scripts/studies/plot_sizes.py"),
+        table=rules.compare_sizes.output.table,
+    output:
+        figure=report(
+            f"{RESULTS}/figures/sizes.png",
+            caption="../report/size_figure.rst",
+            category="Size",
+            labels={"figure": "volume error against size"},
+        ),
+    log:
+        f"{RESULTS}/logs/plot_sizes.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/plot_sizes.tsv"
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        table=lambda wildcards, input: f"{config['run']['name']}={input.table}",
+    shell:
+        "python {input.script:q} --tables {params.table:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
