@@ -35,82 +35,39 @@ include: "workflow/rules/report.smk"
 report: "workflow/report/workflow.rst"
 
 
-# Jobs of seconds, which a queueing system would only delay.
-localrules:
-    all,
-    slurries,
-    models,
-    microstructures,
-    tables,
-    noise,
-    evaluation,
-    convergence,
-    size,
-    generate_inputs,
-    extract_frames,
-    assemble_dataset,
-    measure_packing,
-    fit_surrogate,
-    wrap_slurry,
-    measure_equilibrium,
-    check_training_range,
-    measure_density,
-    compare_coordinates,
-    compare_rdf,
-    collect_costs,
-    compare_costs,
-    record_run,
-    draw_rules,
-    plot_workflow,
-    plot_densification,
-    plot_learning_curves,
-    plot_coordinates,
-    plot_density,
-    plot_rdf,
-    plot_costs,
-    write_report,
-    measure_noise,
-    compute_skill,
-    compare_structure,
-    compute_front,
-    compare_at_equal_cost,
-    fit_costs,
-    compare_article_costs,
-    plot_skill,
-    plot_structure,
-    plot_front,
-    plot_relaxation,
-    write_evaluation,
-    compare_timesteps,
-    plot_timesteps,
-    compare_sizes,
-    plot_sizes,
-
-
 rule all:
+    """Make the report, and record the configuration and versions."""
     default_target: True
     input:
         f"{RESULTS}/report.html",
         f"{RESULTS}/config.yaml",
         f"{RESULTS}/versions.json",
+    localrule: True
 
 
 rule slurries:
+    """Run the DEM of every slurry."""
     input:
         expand(rules.extract_frames.output.frames, slurry=SLURRIES),
+    localrule: True
 
 
 rule models:
+    """Train or fit every surrogate."""
     input:
         [model_of(surrogate) for surrogate in SURROGATES],
+    localrule: True
 
 
 rule microstructures:
+    """Predict and relax every slurry that is not trained on."""
     input:
         expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
+    localrule: True
 
 
 rule tables:
+    """Make all tables of the main job."""
     input:
         rules.measure_density.output.table,
         rules.compare_coordinates.output.table,
@@ -118,26 +75,35 @@ rule tables:
         rules.measure_equilibrium.output.table,
         rules.check_training_range.output.table if TRAINING else [],
         rules.compare_costs.output.table,
+    localrule: True
 
 
 rule noise:
+    """Measure the noise of the DEM."""
     input:
         rules.measure_noise.output.table,
+    localrule: True
 
 
 rule evaluation:
+    """Evaluate the predictions."""
     input:
         rules.write_evaluation.output.page,
+    localrule: True
 
 
 rule convergence:
+    """Show whether the time step is small enough."""
     input:
         rules.compare_timesteps.output,
         rules.plot_timesteps.output.figure,
+    localrule: True
 
 
 rule size:
+    """Compare predictions of slurries of several sizes."""
     input:
         rules.compare_sizes.output.table,
         rules.compare_sizes.output.clock,
         rules.plot_sizes.output.figure,
+    localrule: True

@@ -14,6 +14,7 @@ OUTPUTS:
 
 
 rule measure_equilibrium:
+    """Find when each DEM reached equilibrium, and how much its density still drifts."""
     input:
         script="scripts/analysis/measure_equilibrium.py",
         modules=modules("scripts/analysis/measure_equilibrium.py"),
@@ -31,6 +32,7 @@ rule measure_equilibrium:
         f"{RESULTS}/logs/measure_equilibrium.log",
     benchmark:
         f"{RESULTS}/benchmarks/measure_equilibrium.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -43,6 +45,7 @@ rule measure_equilibrium:
 
 
 rule check_training_range:  # asked for only where there are training slurries
+    """Find predicted slurries outside the range of the training slurries."""
     input:
         script="scripts/analysis/check_training_range.py",
         modules=modules("scripts/analysis/check_training_range.py"),
@@ -60,6 +63,7 @@ rule check_training_range:  # asked for only where there are training slurries
         f"{RESULTS}/logs/check_training_range.log",
     benchmark:
         f"{RESULTS}/benchmarks/check_training_range.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -75,6 +79,7 @@ rule check_training_range:  # asked for only where there are training slurries
 
 
 rule measure_density:
+    """Measure density and volume of the final microstructures."""
     input:
         script="scripts/analysis/measure_density.py",
         modules=modules("scripts/analysis/measure_density.py"),
@@ -92,6 +97,7 @@ rule measure_density:
         f"{RESULTS}/logs/measure_density.log",
     benchmark:
         f"{RESULTS}/benchmarks/measure_density.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -103,6 +109,7 @@ rule measure_density:
 
 
 rule compare_coordinates:
+    """Compare predicted coordinates with those of the DEM."""
     input:
         script="scripts/analysis/compare_coordinates.py",
         modules=modules("scripts/analysis/compare_coordinates.py"),
@@ -120,6 +127,7 @@ rule compare_coordinates:
         f"{RESULTS}/logs/compare_coordinates.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_coordinates.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -131,6 +139,7 @@ rule compare_coordinates:
 
 
 rule compute_rdf:
+    """Compute the RDF of target, prediction and relaxed structure."""
     input:
         script="scripts/analysis/compute_rdf.py",
         modules=modules("scripts/analysis/compute_rdf.py"),
@@ -162,6 +171,7 @@ rule compute_rdf:
 
 
 rule compare_rdf:
+    """Compare the RDF of relaxed structures with that of the DEM."""
     input:
         script="scripts/analysis/compare_rdf.py",
         modules=modules("scripts/analysis/compare_rdf.py"),
@@ -178,6 +188,7 @@ rule compare_rdf:
         f"{RESULTS}/logs/compare_rdf.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_rdf.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     shell:
@@ -186,6 +197,7 @@ rule compare_rdf:
 
 
 rule collect_costs:
+    """Collect the cost of all jobs of the main job."""
     input:
         script="scripts/analysis/collect_costs.py",
         modules=modules("scripts/analysis/collect_costs.py"),
@@ -225,6 +237,7 @@ rule collect_costs:
         f"{RESULTS}/logs/collect_costs.log",
     benchmark:
         f"{RESULTS}/benchmarks/collect_costs.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -236,6 +249,7 @@ rule collect_costs:
 
 
 rule compare_costs:
+    """Compare the cost of the hybrid chain with that of the full DEM."""
     input:
         script="scripts/analysis/compare_costs.py",
         modules=modules("scripts/analysis/compare_costs.py"),
@@ -253,6 +267,7 @@ rule compare_costs:
         f"{RESULTS}/logs/compare_costs.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_costs.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:

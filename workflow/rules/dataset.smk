@@ -11,6 +11,7 @@ OUTPUTS:
 
 
 rule extract_frames:
+    """Check the dump of a DEM and keep its frames in HDF5."""
     input:
         # The dump is gone once the frames are checked, so any reason to read it again repeats the DEM. An edit of the
         # code is none: the script is ancient, its modules are not listed. To have it all the same: --forcerun
@@ -27,6 +28,7 @@ rule extract_frames:
     benchmark:
         f"{RESULTS}/benchmarks/extract_frames/{{slurry}}.tsv"
     priority: dem_priority
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -38,6 +40,7 @@ rule extract_frames:
 
 
 rule assemble_dataset:
+    """Collect the training set from the frames of the training slurries."""
     input:
         script="scripts/dataset/assemble_dataset.py",
         modules=modules("scripts/dataset/assemble_dataset.py"),
@@ -49,6 +52,7 @@ rule assemble_dataset:
         f"{RESULTS}/logs/assemble_dataset.log",
     benchmark:
         f"{RESULTS}/benchmarks/assemble_dataset.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -64,6 +68,7 @@ rule assemble_dataset:
 
 
 rule measure_packing:
+    """Take the packing fraction that sets the predicted box, from the training slurries or the configuration."""
     input:
         script="scripts/dataset/measure_packing.py",
         modules=modules("scripts/dataset/measure_packing.py"),
@@ -75,6 +80,7 @@ rule measure_packing:
         f"{RESULTS}/logs/measure_packing.log",
     benchmark:
         f"{RESULTS}/benchmarks/measure_packing.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:

@@ -10,6 +10,7 @@ OUTPUTS:
 
 
 rule generate_inputs:
+    """Place the particles of a slurry and write the LAMMPS inputs."""
     input:
         script="scripts/dem/generate_inputs.py",
         modules=modules("scripts/dem/generate_inputs.py"),
@@ -24,6 +25,7 @@ rule generate_inputs:
     benchmark:
         f"{RESULTS}/benchmarks/generate_inputs/{{slurry}}.tsv"
     priority: dem_priority
+    localrule: True
     conda:
         "../../envs/dem.yaml"
     params:
@@ -36,6 +38,7 @@ rule generate_inputs:
 
 
 rule run_slurry:
+    """Run the DEM of a slurry from its initial state to its last frame."""
     input:
         script="scripts/dem/run_slurry.py",
         modules=modules("scripts/dem/run_slurry.py"),

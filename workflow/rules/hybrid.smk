@@ -11,6 +11,7 @@ OUTPUTS:
 
 
 rule wrap_slurry:
+    """Wrap a prediction into its periodic box."""
     input:
         script="scripts/hybrid/wrap_slurry.py",
         modules=modules("scripts/hybrid/wrap_slurry.py"),
@@ -23,6 +24,7 @@ rule wrap_slurry:
         f"{RESULTS}/logs/wrap_slurry/{{surrogate}}/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/wrap_slurry/{{surrogate}}/{{slurry}}.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     shell:
@@ -32,6 +34,7 @@ rule wrap_slurry:
 
 
 rule relax_slurry:
+    """Push overlaps off and relax a prediction by a short DEM."""
     input:
         script="scripts/hybrid/relax_slurry.py",
         modules=modules("scripts/hybrid/relax_slurry.py"),

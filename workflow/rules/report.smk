@@ -13,6 +13,7 @@ OUTPUTS:
 
 
 rule record_run:
+    """Record the effective configuration, the command and the versions."""
     input:
         script="scripts/report/record_run.py",
         modules=modules("scripts/report/record_run.py"),
@@ -23,6 +24,7 @@ rule record_run:
         f"{RESULTS}/logs/record_run.log",
     benchmark:
         f"{RESULTS}/benchmarks/record_run.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     # Among the resources, since another command is no reason to record anew; other versions are.
@@ -41,6 +43,7 @@ rule record_run:
 
 
 rule draw_rules:
+    """Write the graph of the rules."""
     input:
         script="scripts/report/draw_rules.py",
         modules=modules("scripts/report/draw_rules.py"),
@@ -53,6 +56,7 @@ rule draw_rules:
         f"{RESULTS}/logs/draw_rules.log",
     benchmark:
         f"{RESULTS}/benchmarks/draw_rules.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     shell:
@@ -60,6 +64,7 @@ rule draw_rules:
 
 
 rule plot_workflow:
+    """Draw the graph of the rules."""
     input:
         script="scripts/report/plot_workflow.py",
         modules=modules("scripts/report/plot_workflow.py"),
@@ -75,6 +80,7 @@ rule plot_workflow:
         f"{RESULTS}/logs/plot_workflow.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_workflow.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     shell:
@@ -84,6 +90,7 @@ rule plot_workflow:
 
 
 rule plot_densification:
+    """Draw density against time."""
     input:
         script="scripts/report/plot_densification.py",
         modules=modules("scripts/report/plot_densification.py"),
@@ -100,6 +107,7 @@ rule plot_densification:
         f"{RESULTS}/logs/plot_densification.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_densification.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -114,6 +122,7 @@ rule plot_densification:
 
 
 rule plot_learning_curves:
+    """Draw the learning curves of a network."""
     input:
         script="scripts/report/plot_learning_curves.py",
         modules=modules("scripts/report/plot_learning_curves.py"),
@@ -129,6 +138,7 @@ rule plot_learning_curves:
         f"{RESULTS}/logs/plot_learning_curves/{{surrogate}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_learning_curves/{{surrogate}}.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -139,6 +149,7 @@ rule plot_learning_curves:
 
 
 rule plot_coordinates:
+    """Draw predicted against true coordinates of a slurry."""
     input:
         script="scripts/report/plot_coordinates.py",
         modules=modules("scripts/report/plot_coordinates.py"),
@@ -155,6 +166,7 @@ rule plot_coordinates:
         f"{RESULTS}/logs/plot_coordinates/{{slurry}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_coordinates/{{slurry}}.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -167,6 +179,7 @@ rule plot_coordinates:
 
 
 rule render_slurry:
+    """Draw target, prediction and relaxed structure in 3D."""
     input:
         script="scripts/report/render_slurry.py",
         modules=modules("scripts/report/render_slurry.py"),
@@ -202,6 +215,7 @@ rule render_slurry:
 
 
 rule plot_density:
+    """Draw the final density of DEM and hybrid chain."""
     input:
         script="scripts/report/plot_density.py",
         modules=modules("scripts/report/plot_density.py"),
@@ -217,6 +231,7 @@ rule plot_density:
         f"{RESULTS}/logs/plot_density.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_density.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -229,6 +244,7 @@ rule plot_density:
 
 
 rule plot_rdf:
+    """Draw the radial distribution functions."""
     input:
         script="scripts/report/plot_rdf.py",
         modules=modules("scripts/report/plot_rdf.py"),
@@ -245,6 +261,7 @@ rule plot_rdf:
         f"{RESULTS}/logs/plot_rdf.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_rdf.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -257,6 +274,7 @@ rule plot_rdf:
 
 
 rule plot_costs:
+    """Draw the wall time of the hybrid chain and of the DEM."""
     input:
         script="scripts/report/plot_costs.py",
         modules=modules("scripts/report/plot_costs.py"),
@@ -272,6 +290,7 @@ rule plot_costs:
         f"{RESULTS}/logs/plot_costs.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_costs.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -283,6 +302,7 @@ rule plot_costs:
 
 
 rule write_report:
+    """Write the report of the main job as one HTML page."""
     input:
         script="scripts/report/write_report.py",
         modules=modules("scripts/report/write_report.py"),
@@ -316,6 +336,7 @@ rule write_report:
         f"{RESULTS}/logs/write_report.log",
     benchmark:
         f"{RESULTS}/benchmarks/write_report.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -336,6 +357,7 @@ rule write_report:
 
 
 rule write_evaluation:
+    """Write the evaluation as one HTML page."""
     input:
         script="scripts/evaluation/write_evaluation.py",
         modules=modules("scripts/evaluation/write_evaluation.py"),
@@ -364,6 +386,7 @@ rule write_evaluation:
         f"{RESULTS}/logs/write_evaluation.log",
     benchmark:
         f"{RESULTS}/benchmarks/write_evaluation.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:

@@ -16,6 +16,7 @@ OUTPUTS:
 if HAS_ABLATION:
 
     rule tabulate_ablation:
+        """Compare networks that differ from vgg16_box in one step."""
         input:
             script="scripts/studies/tabulate_ablation.py",
             modules=modules("scripts/studies/tabulate_ablation.py"),
@@ -47,6 +48,7 @@ if HAS_ABLATION:
 
 
 rule compare_timesteps:
+    """Compare DEM runs of several time steps and seeds."""
     input:
         script="scripts/studies/compare_timesteps.py",
         modules=modules("scripts/studies/compare_timesteps.py"),
@@ -74,6 +76,7 @@ rule compare_timesteps:
         f"{RESULTS}/logs/compare_timesteps.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_timesteps.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -87,6 +90,7 @@ rule compare_timesteps:
 
 
 rule plot_timesteps:
+    """Draw the end of the DEM against its time step."""
     input:
         script="scripts/studies/plot_timesteps.py",
         modules=modules("scripts/studies/plot_timesteps.py"),
@@ -104,6 +108,7 @@ rule plot_timesteps:
         f"{RESULTS}/logs/plot_timesteps.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_timesteps.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -115,6 +120,7 @@ rule plot_timesteps:
 
 
 rule compare_sizes:
+    """Compare volume errors and barostat clocks of slurries of several sizes."""
     input:
         script="scripts/studies/compare_sizes.py",
         modules=modules("scripts/studies/compare_sizes.py"),
@@ -142,6 +148,7 @@ rule compare_sizes:
         f"{RESULTS}/logs/compare_sizes.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_sizes.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:
@@ -156,6 +163,7 @@ rule compare_sizes:
 
 
 rule plot_sizes:
+    """Draw the volume error against the number of particles."""
     input:
         script="scripts/studies/plot_sizes.py",
         modules=modules("scripts/studies/plot_sizes.py"),
@@ -171,6 +179,7 @@ rule plot_sizes:
         f"{RESULTS}/logs/plot_sizes.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_sizes.tsv"
+    localrule: True
     conda:
         "../../envs/analysis.yaml"
     params:

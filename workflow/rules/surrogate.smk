@@ -14,6 +14,7 @@ OUTPUTS:
 if TRAINING_NEEDED:
 
     rule train_surrogate:
+        """Train a neural network."""
         input:
             unpack(learned_from),
             script="scripts/surrogate/train_surrogate.py",
@@ -45,6 +46,7 @@ if TRAINING_NEEDED:
             " 2>&1 | tee {log:q}"
 
     rule fit_surrogate:
+        """Fit a surrogate that is not a neural network."""
         input:
             script="scripts/surrogate/fit_surrogate.py",
             modules=lambda wildcards: modules("scripts/surrogate/fit_surrogate.py", LABELS[wildcards.surrogate].name),
@@ -56,6 +58,7 @@ if TRAINING_NEEDED:
             f"{RESULTS}/logs/fit_surrogate/{{surrogate}}.log",
         benchmark:
             f"{RESULTS}/benchmarks/fit_surrogate/{{surrogate}}.tsv"
+        localrule: True
         conda:
             "../../envs/learning.yaml"
         params:
@@ -69,6 +72,7 @@ if TRAINING_NEEDED:
 else:
 
     rule adopt_model:
+        """Use a network that was trained elsewhere."""
         input:
             script="scripts/surrogate/adopt_model.py",
             modules=modules("scripts/surrogate/adopt_model.py"),
@@ -94,6 +98,7 @@ else:
 
 
 rule predict_slurry:
+    """Predict the target frame of a slurry from its input frames."""
     input:
         script="scripts/surrogate/predict_slurry.py",
         modules=lambda wildcards: modules("scripts/surrogate/predict_slurry.py", LABELS[wildcards.surrogate].name),

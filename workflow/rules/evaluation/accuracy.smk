@@ -14,6 +14,7 @@ OUTPUTS:
 
 
 rule compute_skill:
+    """Compute the skill of each prediction, between the affine map and the noise of the DEM."""
     input:
         script="scripts/evaluation/compute_skill.py",
         modules=modules("scripts/evaluation/compute_skill.py"),
@@ -32,6 +33,7 @@ rule compute_skill:
         f"{RESULTS}/logs/compute_skill.log",
     benchmark:
         f"{RESULTS}/benchmarks/compute_skill.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:
@@ -43,6 +45,7 @@ rule compute_skill:
 
 
 rule compare_structure:
+    """Compare the structure of predictions with that of the DEM and its noise."""
     input:
         script="scripts/evaluation/compare_structure.py",
         modules=modules("scripts/evaluation/compare_structure.py"),
@@ -64,6 +67,7 @@ rule compare_structure:
         f"{RESULTS}/logs/compare_structure.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_structure.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:
@@ -75,6 +79,7 @@ rule compare_structure:
 
 
 rule compare_relaxation:
+    """Compare relaxations of several lengths."""
     input:
         script="scripts/evaluation/compare_relaxation.py",
         modules=modules("scripts/evaluation/compare_relaxation.py"),
@@ -118,6 +123,7 @@ rule compare_relaxation:
 
 
 rule plot_skill:
+    """Draw the skill of each surrogate."""
     input:
         script="scripts/evaluation/plot_skill.py",
         modules=modules("scripts/evaluation/plot_skill.py"),
@@ -133,6 +139,7 @@ rule plot_skill:
         f"{RESULTS}/logs/plot_skill.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_skill.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:
@@ -140,6 +147,7 @@ rule plot_skill:
 
 
 rule plot_structure:
+    """Draw structural errors in units of the noise."""
     input:
         script="scripts/evaluation/plot_structure.py",
         modules=modules("scripts/evaluation/plot_structure.py"),
@@ -155,6 +163,7 @@ rule plot_structure:
         f"{RESULTS}/logs/plot_structure.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_structure.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:
@@ -166,6 +175,7 @@ rule plot_structure:
 
 
 rule plot_relaxation:
+    """Draw error against the length of the relaxation."""
     input:
         script="scripts/evaluation/plot_relaxation.py",
         modules=modules("scripts/evaluation/plot_relaxation.py"),
@@ -181,6 +191,7 @@ rule plot_relaxation:
         f"{RESULTS}/logs/plot_relaxation.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_relaxation.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:

@@ -11,6 +11,7 @@ OUTPUTS:
 
 
 rule compute_front:
+    """Compute error against cost of each surrogate."""
     input:
         script="scripts/evaluation/compute_front.py",
         modules=modules("scripts/evaluation/compute_front.py"),
@@ -36,6 +37,7 @@ rule compute_front:
         f"{RESULTS}/logs/compute_front.log",
     benchmark:
         f"{RESULTS}/benchmarks/compute_front.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:
@@ -47,6 +49,7 @@ rule compute_front:
 
 
 rule compare_at_equal_cost:
+    """Compare each surrogate with early_dem at equal cost."""
     input:
         script="scripts/evaluation/compare_at_equal_cost.py",
         modules=modules("scripts/evaluation/compare_at_equal_cost.py"),
@@ -63,6 +66,7 @@ rule compare_at_equal_cost:
         f"{RESULTS}/logs/compare_at_equal_cost.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_at_equal_cost.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:
@@ -71,6 +75,7 @@ rule compare_at_equal_cost:
 
 
 rule fit_costs:
+    """Fit how cost grows with the number of particles, and when training pays back."""
     input:
         script="scripts/evaluation/fit_costs.py",
         modules=modules("scripts/evaluation/fit_costs.py"),
@@ -108,6 +113,7 @@ rule fit_costs:
         f"{RESULTS}/logs/fit_costs.log",
     benchmark:
         f"{RESULTS}/benchmarks/fit_costs.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:
@@ -124,6 +130,7 @@ rule fit_costs:
 
 
 rule compare_article_costs:
+    """Compare the cost with that of the reference article."""
     input:
         script="scripts/evaluation/compare_article_costs.py",
         modules=modules("scripts/evaluation/compare_article_costs.py"),
@@ -140,6 +147,7 @@ rule compare_article_costs:
         f"{RESULTS}/logs/compare_article_costs.log",
     benchmark:
         f"{RESULTS}/benchmarks/compare_article_costs.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:
@@ -148,6 +156,7 @@ rule compare_article_costs:
 
 
 rule plot_front:
+    """Draw error against cost."""
     input:
         script="scripts/evaluation/plot_front.py",
         modules=modules("scripts/evaluation/plot_front.py"),
@@ -167,6 +176,7 @@ rule plot_front:
         f"{RESULTS}/logs/plot_front.log",
     benchmark:
         f"{RESULTS}/benchmarks/plot_front.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:

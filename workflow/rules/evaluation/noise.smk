@@ -14,6 +14,7 @@ OUTPUTS:
 
 
 rule run_perturbed:
+    """Run the DEM again from the last input frame with slightly displaced particles."""
     input:
         script="scripts/evaluation/run_perturbed.py",
         modules=modules("scripts/evaluation/run_perturbed.py"),
@@ -59,6 +60,7 @@ rule run_perturbed:
 
 
 rule measure_structure:
+    """Measure contacts, overlaps and RDF of a structure from the DEM or a surrogate."""
     input:
         unpack(structure_options),
         script="scripts/evaluation/measure_structure.py",
@@ -91,6 +93,7 @@ rule measure_structure:
 
 
 rule measure_noise:
+    """Measure how far replicas and perturbed runs of the DEM differ."""
     input:
         script="scripts/evaluation/measure_noise.py",
         modules=modules("scripts/evaluation/measure_noise.py"),
@@ -110,6 +113,7 @@ rule measure_noise:
         f"{RESULTS}/logs/measure_noise.log",
     benchmark:
         f"{RESULTS}/benchmarks/measure_noise.tsv"
+    localrule: True
     conda:
         "../../../envs/analysis.yaml"
     params:

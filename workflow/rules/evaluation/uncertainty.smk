@@ -13,6 +13,7 @@ OUTPUTS:
 if SPREADING:
 
     rule calibrate_spread:
+        """Calibrate the spread of a surrogate on the validation slurries."""
         input:
             script="scripts/evaluation/calibrate_spread.py",
             modules=modules("scripts/evaluation/calibrate_spread.py"),
@@ -40,6 +41,7 @@ if SPREADING:
             " 2>&1 | tee {log:q}"
 
     rule measure_uncertainty:
+        """Measure how far calibrated intervals cover the errors."""
         input:
             script="scripts/evaluation/measure_uncertainty.py",
             modules=modules("scripts/evaluation/measure_uncertainty.py"),
@@ -71,6 +73,7 @@ if SPREADING:
             " 2>&1 | tee {log:q}"
 
     rule plot_uncertainty:
+        """Draw coverage of the intervals, and error against spread."""
         input:
             script="scripts/evaluation/plot_uncertainty.py",
             modules=modules("scripts/evaluation/plot_uncertainty.py"),
