@@ -15,12 +15,12 @@ from slurrycast.runtime.files import InputError, check_unchanged
 
 # Seconds, drawn from seconds, or a date: only that they are there and undamaged is compared.
 OF_TIME = re.compile(
-    r"costs/.*|benchmarks/.*|logs/.*|dem/[^/]+/lammps\.log|tables/(cost|speedup)\.csv|figures/costs\.png|report\.html"
+    r"costs/.*|logs/.*|dem/[^/]+/lammps\.log|tables/(cost|speedup)\.csv|figures/costs\.png|report\.html"
     r"|versions(/.*)?\.json"
     r"|figures/rulegraph\.dot"  # edges in any order; workflow.png, which is drawn from it, is compared
 )
 # Beside the outputs: checksums, logs, the trained model where it was made; the dump is kept on request only.
-ASIDE = re.compile(r"(.*/)?\.checksums/.*|logs/.*|benchmarks/.*|models/[^/]+/work/.*|dem/[^/]+/dump\.lammpstrj")
+ASIDE = re.compile(r"(.*/)?\.checksums/.*|logs/.*|models/[^/]+/work/.*|dem/[^/]+/dump\.lammpstrj")
 
 
 def differences(reference: Path, results: Path) -> list[str]:

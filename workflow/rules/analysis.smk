@@ -30,8 +30,6 @@ rule measure_equilibrium:
         cost=f"{RESULTS}/costs/measure_equilibrium.json",
     log:
         f"{RESULTS}/logs/measure_equilibrium.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/measure_equilibrium.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -61,8 +59,6 @@ rule check_training_range:  # asked for only where there are training slurries
         cost=f"{RESULTS}/costs/check_training_range.json",
     log:
         f"{RESULTS}/logs/check_training_range.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/check_training_range.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -95,8 +91,6 @@ rule measure_density:
         cost=f"{RESULTS}/costs/measure_density.json",
     log:
         f"{RESULTS}/logs/measure_density.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/measure_density.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -125,8 +119,6 @@ rule compare_coordinates:
         cost=f"{RESULTS}/costs/compare_coordinates.json",
     log:
         f"{RESULTS}/logs/compare_coordinates.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_coordinates.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -151,8 +143,6 @@ rule compute_rdf:
         cost=f"{RESULTS}/costs/compute_rdf/{{surrogate}}/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/compute_rdf/{{surrogate}}/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compute_rdf/{{surrogate}}/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
     resources:
@@ -186,8 +176,6 @@ rule compare_rdf:
         cost=f"{RESULTS}/costs/compare_rdf.json",
     log:
         f"{RESULTS}/logs/compare_rdf.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_rdf.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -235,8 +223,6 @@ rule collect_costs:
         ),
     log:
         f"{RESULTS}/logs/collect_costs.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/collect_costs.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -265,8 +251,6 @@ rule compare_costs:
         ),
     log:
         f"{RESULTS}/logs/compare_costs.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_costs.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"

@@ -25,8 +25,6 @@ rule extract_frames:
         cost=f"{RESULTS}/costs/extract_frames/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/extract_frames/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/extract_frames/{{slurry}}.tsv"
     priority: dem_priority
     localrule: True
     conda:
@@ -50,8 +48,6 @@ rule assemble_dataset:
         cost=f"{RESULTS}/costs/assemble_dataset.json",
     log:
         f"{RESULTS}/logs/assemble_dataset.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/assemble_dataset.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -78,8 +74,6 @@ rule measure_packing:
         cost=f"{RESULTS}/costs/measure_packing.json",
     log:
         f"{RESULTS}/logs/measure_packing.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/measure_packing.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"

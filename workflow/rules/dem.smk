@@ -22,8 +22,6 @@ rule generate_inputs:
         cost=f"{RESULTS}/costs/generate_inputs/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/generate_inputs/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/generate_inputs/{{slurry}}.tsv"
     priority: dem_priority
     localrule: True
     conda:
@@ -57,8 +55,6 @@ rule run_slurry:
         cost=f"{RESULTS}/costs/run_slurry/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/run_slurry/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/run_slurry/{{slurry}}.tsv"
     priority: dem_priority
     conda:
         "../../envs/dem.yaml"

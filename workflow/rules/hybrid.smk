@@ -22,8 +22,6 @@ rule wrap_slurry:
         cost=f"{RESULTS}/costs/wrap_slurry/{{surrogate}}/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/wrap_slurry/{{surrogate}}/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/wrap_slurry/{{surrogate}}/{{slurry}}.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -50,8 +48,6 @@ rule relax_slurry:
         cost=f"{RESULTS}/costs/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.json",
     log:
         f"{RESULTS}/logs/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/relax_slurry/{{surrogate}}/{{slurry}}{{steps}}.tsv"
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]

@@ -22,8 +22,6 @@ rule record_run:
         versions=f"{RESULTS}/versions.json",
     log:
         f"{RESULTS}/logs/record_run.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/record_run.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -54,8 +52,6 @@ rule draw_rules:
         rulegraph=f"{RESULTS}/figures/rulegraph.dot",
     log:
         f"{RESULTS}/logs/draw_rules.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/draw_rules.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -78,8 +74,6 @@ rule plot_workflow:
         ),
     log:
         f"{RESULTS}/logs/plot_workflow.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_workflow.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -105,8 +99,6 @@ rule plot_densification:
         ),
     log:
         f"{RESULTS}/logs/plot_densification.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_densification.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -136,8 +128,6 @@ rule plot_learning_curves:
         ),
     log:
         f"{RESULTS}/logs/plot_learning_curves/{{surrogate}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_learning_curves/{{surrogate}}.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -164,8 +154,6 @@ rule plot_coordinates:
         ),
     log:
         f"{RESULTS}/logs/plot_coordinates/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_coordinates/{{slurry}}.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -197,8 +185,6 @@ rule render_slurry:
         ),
     log:
         f"{RESULTS}/logs/render_slurry/{{surrogate}}/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/render_slurry/{{surrogate}}/{{slurry}}.tsv"
     conda:
         "../../envs/analysis.yaml"
     resources:
@@ -229,8 +215,6 @@ rule plot_density:
         ),
     log:
         f"{RESULTS}/logs/plot_density.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_density.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -259,8 +243,6 @@ rule plot_rdf:
         ),
     log:
         f"{RESULTS}/logs/plot_rdf.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_rdf.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -288,8 +270,6 @@ rule plot_costs:
         ),
     log:
         f"{RESULTS}/logs/plot_costs.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_costs.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -334,8 +314,6 @@ rule write_report:
         report=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
     log:
         f"{RESULTS}/logs/write_report.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/write_report.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -384,8 +362,6 @@ rule write_evaluation:
         page=report(f"{RESULTS}/evaluation.html", caption="../report/evaluation.rst", category="Report"),
     log:
         f"{RESULTS}/logs/write_evaluation.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/write_evaluation.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"

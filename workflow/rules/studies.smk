@@ -33,8 +33,6 @@ if HAS_ABLATION:
             cost=f"{RESULTS}/costs/tabulate_ablation.json",
         log:
             f"{RESULTS}/logs/tabulate_ablation.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/tabulate_ablation.tsv"
         conda:
             "../../envs/analysis.yaml"
         params:
@@ -74,8 +72,6 @@ rule compare_timesteps:
         cost=f"{RESULTS}/costs/compare_timesteps.json",
     log:
         f"{RESULTS}/logs/compare_timesteps.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_timesteps.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -106,8 +102,6 @@ rule plot_timesteps:
         ),
     log:
         f"{RESULTS}/logs/plot_timesteps.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_timesteps.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -146,8 +140,6 @@ rule compare_sizes:
         cost=f"{RESULTS}/costs/compare_sizes.json",
     log:
         f"{RESULTS}/logs/compare_sizes.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_sizes.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -177,8 +169,6 @@ rule plot_sizes:
         ),
     log:
         f"{RESULTS}/logs/plot_sizes.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_sizes.tsv"
     localrule: True
     conda:
         "../../envs/analysis.yaml"

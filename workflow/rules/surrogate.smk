@@ -25,8 +25,6 @@ if TRAINING_NEEDED:
             cost=f"{RESULTS}/costs/train_surrogate/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/train_surrogate/{{surrogate}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/train_surrogate/{{surrogate}}.tsv"
         priority: 3000  # the longest job: everything else goes on beside it, the DEM of held-out slurries too
         conda:
             "../../envs/learning.yaml"
@@ -56,8 +54,6 @@ if TRAINING_NEEDED:
             cost=f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/fit_surrogate/{{surrogate}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/fit_surrogate/{{surrogate}}.tsv"
         localrule: True
         conda:
             "../../envs/learning.yaml"
@@ -83,8 +79,6 @@ else:
             cost=f"{RESULTS}/costs/adopt_model/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/adopt_model/{{surrogate}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/adopt_model/{{surrogate}}.tsv"
         localrule: True
         conda:
             "../../envs/learning.yaml"
@@ -119,8 +113,6 @@ rule predict_slurry:
         cost=f"{RESULTS}/costs/predict_slurry/{{surrogate}}/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/predict_slurry/{{surrogate}}/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/predict_slurry/{{surrogate}}/{{slurry}}.tsv"
     group:
         prediction_group
     conda:

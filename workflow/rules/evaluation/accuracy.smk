@@ -31,8 +31,6 @@ rule compute_skill:
         cost=f"{RESULTS}/costs/compute_skill.json",
     log:
         f"{RESULTS}/logs/compute_skill.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compute_skill.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -65,8 +63,6 @@ rule compare_structure:
         cost=f"{RESULTS}/costs/compare_structure.json",
     log:
         f"{RESULTS}/logs/compare_structure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_structure.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -100,8 +96,6 @@ rule compare_relaxation:
         cost=f"{RESULTS}/costs/compare_relaxation.json",
     log:
         f"{RESULTS}/logs/compare_relaxation.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_relaxation.tsv"
     conda:
         "../../../envs/analysis.yaml"
     resources:
@@ -137,8 +131,6 @@ rule plot_skill:
         ),
     log:
         f"{RESULTS}/logs/plot_skill.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_skill.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -161,8 +153,6 @@ rule plot_structure:
         ),
     log:
         f"{RESULTS}/logs/plot_structure.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_structure.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -189,8 +179,6 @@ rule plot_relaxation:
         ),
     log:
         f"{RESULTS}/logs/plot_relaxation.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_relaxation.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"

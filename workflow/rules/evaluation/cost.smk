@@ -35,8 +35,6 @@ rule compute_front:
         ),
     log:
         f"{RESULTS}/logs/compute_front.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compute_front.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -64,8 +62,6 @@ rule compare_at_equal_cost:
         ),
     log:
         f"{RESULTS}/logs/compare_at_equal_cost.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_at_equal_cost.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -111,8 +107,6 @@ rule fit_costs:
         ),
     log:
         f"{RESULTS}/logs/fit_costs.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/fit_costs.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -145,8 +139,6 @@ rule compare_article_costs:
         ),
     log:
         f"{RESULTS}/logs/compare_article_costs.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/compare_article_costs.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
@@ -174,8 +166,6 @@ rule plot_front:
         ),
     log:
         f"{RESULTS}/logs/plot_front.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/plot_front.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"

@@ -29,8 +29,6 @@ rule run_perturbed:
         cost=f"{RESULTS}/costs/run_perturbed/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/run_perturbed/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/run_perturbed/{{slurry}}.tsv"
     conda:
         "../../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
@@ -71,8 +69,6 @@ rule measure_structure:
         cost=f"{RESULTS}/costs/measure_structure/{{source}}/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/measure_structure/{{source}}/{{slurry}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/measure_structure/{{source}}/{{slurry}}.tsv"
     conda:
         "../../../envs/analysis.yaml"
     resources:
@@ -111,8 +107,6 @@ rule measure_noise:
         cost=f"{RESULTS}/costs/measure_noise.json",
     log:
         f"{RESULTS}/logs/measure_noise.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/measure_noise.tsv"
     localrule: True
     conda:
         "../../../envs/analysis.yaml"

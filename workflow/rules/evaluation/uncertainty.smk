@@ -26,8 +26,6 @@ if SPREADING:
             cost=f"{RESULTS}/costs/calibrate_spread/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/calibrate_spread/{{surrogate}}.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/calibrate_spread/{{surrogate}}.tsv"
         wildcard_constraints:
             surrogate="|".join(SPREADING),
         localrule: True
@@ -58,8 +56,6 @@ if SPREADING:
             cost=f"{RESULTS}/costs/measure_uncertainty.json",
         log:
             f"{RESULTS}/logs/measure_uncertainty.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/measure_uncertainty.tsv"
         localrule: True
         conda:
             "../../../envs/analysis.yaml"
@@ -89,8 +85,6 @@ if SPREADING:
             ),
         log:
             f"{RESULTS}/logs/plot_uncertainty.log",
-        benchmark:
-            f"{RESULTS}/benchmarks/plot_uncertainty.tsv"
         localrule: True
         conda:
             "../../../envs/analysis.yaml"
