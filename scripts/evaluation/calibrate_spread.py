@@ -11,7 +11,6 @@ from pathlib import Path
 
 from slurrycast.evaluation.uncertainty import calibrate, read_judged
 from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:
@@ -19,7 +18,6 @@ def parse_args() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_predictions(required=True)
     parser.add_argument("--calibration", type=Path, required=True, help="out: factors (JSON)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args
@@ -28,10 +26,8 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Calibrate and write."""
     args = parse_args()
-    with measured_cost(args.cost, "calibrate_spread") as cost:
-        calibration = calibrate(read_judged(args.predicted, args.frames, args.target_frame))
-        cost.surrogate = calibration.surrogate
-        calibration.write(args.calibration)
+    calibration = calibrate(read_judged(args.predicted, args.frames, args.target_frame))
+    calibration.write(args.calibration)
     pairs = zip(calibration.levels, calibration.factors, strict=True)
     factors = ", ".join(f"{level:.0%} within {factor:.4g} x spread" for level, factor in pairs)
     print(f"[{calibration.surrogate}] {factors}, of {calibration.coordinates} coordinates")

@@ -24,7 +24,7 @@ from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import curves_of_replicas, read_noise
 from slurrycast.evaluation.relaxation import COLUMNS, Structure, relaxation_errors
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost, read_cost
+from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError, write_text
 
 
@@ -60,7 +60,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um, as of the curves")
     parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
     parser.add_argument("--table", type=Path, required=True, help="out: table of all relaxations (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     if len(args.relaxed) != len(args.relaxation_costs):
         parser.error(f"{len(args.relaxed)} --relaxed but {len(args.relaxation_costs)} --relaxation-costs: one each")
@@ -70,40 +69,39 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Measure the relaxed structures, compare them and write the table."""
     args = parse_args()
-    with measured_cost(args.cost, "compare_relaxation"):
-        noise = read_noise(args.noise)
-        replica_curves = curves_of_replicas(pd.concat(map(read_table, args.replica_rdf)))
-        measured = pd.concat(map(read_table, args.structure))
-        dem_structure, dem_rdf = (pd.concat(map(read_table, paths)) for paths in (args.dem_structure, args.dem_rdf))
-        relaxed, cpu_s, particles = {}, {}, {}
-        for path, cost_path in zip(args.relaxed, args.relaxation_costs, strict=True):
-            with read_frames(path) as store:
-                surrogate, slurry = key = tuple(str(store.attributes[name]) for name in ("surrogate", "slurry"))
-                steps, cost = json.loads(store.attributes["relaxation"])["steps"], read_cost(cost_path)
-                if (cost.surrogate, cost.slurry, cost.steps) != (surrogate, slurry, steps):
-                    raise InputError(f"{cost_path}: not the cost of {path}")
-                relaxed.setdefault(key, {})[steps] = structure_of(store, args.cutoff_um, args.bins)
-                cpu_s[*key, steps] = cost.cpu_s
-                particles[key] = len(store.particles)
-        tables = []
-        for (surrogate, slurry), by_steps in relaxed.items():
-            of_dem = dem_structure[dem_structure.slurry == slurry]
-            curve = dem_rdf[(dem_rdf.slurry == slurry) & (dem_rdf.pair == "all")]
-            if curve.empty:
-                raise InputError(f"slurry {slurry}, DEM: no curve of all particles to compare with")
-            density_g_cm3 = one_value(of_dem, "density_g_cm3", f"slurry {slurry}, DEM")
-            own = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
-            overlap = one_value(
-                own[own.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
-            )
-            dem = Structure(density_g_cm3, curve)
-            errors = relaxation_errors(
-                by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_tolerance
-            )
-            names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
-            tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
-        table = pd.concat(tables)
-        write_text(args.table, table.to_csv(index=False, columns=COLUMNS, float_format="%.9g"))
+    noise = read_noise(args.noise)
+    replica_curves = curves_of_replicas(pd.concat(map(read_table, args.replica_rdf)))
+    measured = pd.concat(map(read_table, args.structure))
+    dem_structure, dem_rdf = (pd.concat(map(read_table, paths)) for paths in (args.dem_structure, args.dem_rdf))
+    relaxed, cpu_s, particles = {}, {}, {}
+    for path, cost_path in zip(args.relaxed, args.relaxation_costs, strict=True):
+        with read_frames(path) as store:
+            surrogate, slurry = key = tuple(str(store.attributes[name]) for name in ("surrogate", "slurry"))
+            steps, cost = json.loads(store.attributes["relaxation"])["steps"], read_cost(cost_path)
+            if (cost.surrogate, cost.slurry, cost.steps) != (surrogate, slurry, steps):
+                raise InputError(f"{cost_path}: not the cost of {path}")
+            relaxed.setdefault(key, {})[steps] = structure_of(store, args.cutoff_um, args.bins)
+            cpu_s[*key, steps] = cost.cpu_s
+            particles[key] = len(store.particles)
+    tables = []
+    for (surrogate, slurry), by_steps in relaxed.items():
+        of_dem = dem_structure[dem_structure.slurry == slurry]
+        curve = dem_rdf[(dem_rdf.slurry == slurry) & (dem_rdf.pair == "all")]
+        if curve.empty:
+            raise InputError(f"slurry {slurry}, DEM: no curve of all particles to compare with")
+        density_g_cm3 = one_value(of_dem, "density_g_cm3", f"slurry {slurry}, DEM")
+        own = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
+        overlap = one_value(
+            own[own.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
+        )
+        dem = Structure(density_g_cm3, curve)
+        errors = relaxation_errors(
+            by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_tolerance
+        )
+        names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
+        tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
+    table = pd.concat(tables)
+    write_text(args.table, table.to_csv(index=False, columns=COLUMNS, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ import pandas as pd
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
@@ -78,7 +77,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
     parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
     parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "structure", "rdf")
     return args
@@ -87,22 +85,19 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Compare every structure and write the table."""
     args = parse_args()
-    with measured_cost(args.cost, "compare_structure"):
-        noise = read_noise(args.noise)
-        dem = {
-            (row.slurry, row.quantity): row.value
-            for path in args.dem_structure
-            for row in read_table(path).itertuples(index=False)
-        }
-        dem_curves = {
-            key: curve for path in args.dem_rdf for key, curve in read_table(path).groupby(["slurry", "pair"])
-        }
-        tables = [read_table(path) for path in args.replica_rdf]
-        replica_curves = curves_of_replicas(pd.concat(tables)) if tables else {}
-        rows = []
-        for structure_path, rdf_path in zip(args.structure, args.rdf, strict=True):
-            rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise, replica_curves)
-        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+    noise = read_noise(args.noise)
+    dem = {
+        (row.slurry, row.quantity): row.value
+        for path in args.dem_structure
+        for row in read_table(path).itertuples(index=False)
+    }
+    dem_curves = {key: curve for path in args.dem_rdf for key, curve in read_table(path).groupby(["slurry", "pair"])}
+    tables = [read_table(path) for path in args.replica_rdf]
+    replica_curves = curves_of_replicas(pd.concat(tables)) if tables else {}
+    rows = []
+    for structure_path, rdf_path in zip(args.structure, args.rdf, strict=True):
+        rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise, replica_curves)
+    write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ import pandas as pd
 from slurrycast.data.frames import read_frames
 from slurrycast.evaluation.noise import Noise, final_mse_um2, read_noise, skill
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill")
@@ -50,7 +49,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_predictions(required=False)
     parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
     parser.add_argument("--table", type=Path, required=True, help="out: table of skills (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args
@@ -59,11 +57,10 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Compute the skill of every prediction and write the table."""
     args = parse_args()
-    with measured_cost(args.cost, "compute_skill"):
-        noise = read_noise(args.noise)
-        pairs = zip(args.predicted, args.frames, strict=True)
-        table = with_skill([error_row(predicted, dem, args.target_frame, noise) for predicted, dem in pairs])
-        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    noise = read_noise(args.noise)
+    pairs = zip(args.predicted, args.frames, strict=True)
+    table = with_skill([error_row(predicted, dem, args.target_frame, noise) for predicted, dem in pairs])
+    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ from slurrycast.evaluation.noise import (
     replicated_slurry,
 )
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 
@@ -81,7 +80,6 @@ def parse_args() -> argparse.Namespace:
     )
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
     parser.add_argument("--table", type=Path, required=True, help="out: table of the noise (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "structure", "rdf")
     parser.one_each(args, "perturbed", "frames")
@@ -91,14 +89,13 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Measure replicas and perturbed runs and write the table."""
     args = parse_args()
-    with measured_cost(args.cost, "measure_noise"):
-        structure, curves = (pd.concat(map(read_table, paths)) for paths in (args.structure, args.rdf))
-        rows = []
-        for slurry, of_slurry in structure.groupby(structure.slurry.map(replicated_slurry), sort=False):
-            rows += replica_rows(slurry, of_slurry, curves[curves.slurry.isin(of_slurry.slurry)])
-        for perturbed_path, dem_path in zip(args.perturbed, args.frames, strict=True):
-            rows.append(perturbed_row(perturbed_path, dem_path, args.target_frame))
-        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+    structure, curves = (pd.concat(map(read_table, paths)) for paths in (args.structure, args.rdf))
+    rows = []
+    for slurry, of_slurry in structure.groupby(structure.slurry.map(replicated_slurry), sort=False):
+        rows += replica_rows(slurry, of_slurry, curves[curves.slurry.isin(of_slurry.slurry)])
+    for perturbed_path, dem_path in zip(args.perturbed, args.frames, strict=True):
+        rows.append(perturbed_row(perturbed_path, dem_path, args.target_frame))
+    write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ from slurrycast.analysis.rdf import bin_edges_um
 from slurrycast.analysis.structure import radial_distributions, structure_measures
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
 STRUCTURE_COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value")
@@ -51,7 +50,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
     parser.add_argument("--structure", type=Path, required=True, help="out: quantities (CSV)")
     parser.add_argument("--rdf", type=Path, required=True, help="out: curves (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     given = [name for name in ("dem", "target_frame", "predicted", "relaxed") if getattr(args, name) is not None]
     if given not in (["dem", "target_frame"], ["predicted", "relaxed"]):
@@ -62,7 +60,7 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Measure the structures and write both tables."""
     args = parse_args()
-    with measured_cost(args.cost, "measure_structure") as cost, contextlib.ExitStack() as files:
+    with contextlib.ExitStack() as files:
         if args.dem:
             dem = files.enter_context(read_frames(args.dem))
             structures = [(dem, args.target_frame, "target")]
@@ -71,9 +69,6 @@ def main() -> None:
             structures = [
                 (store, store.last, stage) for store, stage in zip(stores, ("predicted", "relaxed"), strict=True)
             ]
-            cost.surrogate = str(stores[0].attributes["surrogate"])
-        cost.slurry = str(structures[0][0].attributes["slurry"])
-        cost.particles = len(structures[0][0].particles)
         results = [tables_of(*structure, args.cutoff_um, args.bins) for structure in structures]
         for path, tables, columns in zip(
             (args.structure, args.rdf), zip(*results, strict=True), (STRUCTURE_COLUMNS, RDF_COLUMNS), strict=True

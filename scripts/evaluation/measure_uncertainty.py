@@ -26,7 +26,6 @@ from slurrycast.evaluation.uncertainty import (
     read_judged,
 )
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = (
@@ -68,7 +67,6 @@ def parse_args() -> argparse.Namespace:
     )
     parser.add_argument("--roles", type=json.loads, required=True, help="JSON: role of each slurry")
     parser.add_argument("--table", type=Path, required=True, help="out: table of the uncertainty (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args
@@ -77,11 +75,10 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Measure every prediction and write the table."""
     args = parse_args()
-    with measured_cost(args.cost, "measure_uncertainty"):
-        calibrations = [read_calibration(path) for path in args.calibrations]
-        judged = read_judged(args.predicted, args.frames, args.target_frame)
-        table = uncertainty_table(judged, calibrations, args.roles)
-        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    calibrations = [read_calibration(path) for path in args.calibrations]
+    judged = read_judged(args.predicted, args.frames, args.target_frame)
+    table = uncertainty_table(judged, calibrations, args.roles)
+    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, refuse_lost_history, steps_per_frame
 from slurrycast.dem.recipe import derived_seed
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
 from slurrycast.runtime.stopping import Stop
 from slurrycast.runtime.work_folder import attempt_log, work_folder
@@ -62,7 +61,6 @@ def parse_args() -> argparse.Namespace:
     )
     parser.add_argument("--attempts", type=Path, help="out: folder for a log of each attempt")
     parser.add_argument("--perturbed", required=True, help="out: the perturbed run at the target frame, HDF5")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
     args = parser.parse_args()
     if not 0 <= args.first_frame < args.target_frame:
         parser.error(f"--first-frame {args.first_frame}: must be from 0 to below --target-frame {args.target_frame}")
@@ -104,11 +102,11 @@ def main() -> None:
     known_by = identity([args.restart, args.inputs, args.coefficients], LAMMPS_SCRIPTS, settings)
     attempts = attempt_log(args.attempts) if args.attempts else contextlib.nullcontext()
     with attempts as attempt, work_folder(args.work, known_by) as work:
-        with measured_cost(args.cost, "run_perturbed", slurry=slurry) as cost, read_frames(args.frames) as store:
+        with read_frames(args.frames) as store:
             stop = Stop(chain.name, 60 * args.budget_min)
             shutil.copyfile(args.restart, args.work / START)
             shutil.copyfile(args.coefficients, args.work / COEFFICIENTS)
-            logs = chain.run(work, attempt, Launcher(args.executable, args.launcher, args.ranks), stop, cost)
+            logs = chain.run(work, attempt, Launcher(args.executable, args.launcher, args.ranks), stop)
             *_, end = read_dump(args.work / f"frames_{chain.steps[-1]}.dump")
             attributes = {
                 **store.attributes,
@@ -119,7 +117,6 @@ def main() -> None:
             }
             frame = as_frame(end, args.target_frame, dem["timestep_us"])
             write_frames(args.perturbed, store.particles, [frame], attributes)
-            cost.particles, cost.steps = len(store.particles), chain.steps[-1] - first
         shutil.rmtree(args.work)
         print(f"[{slurry}] perturbed run from frame {args.first_frame} to {args.target_frame}")
 

@@ -25,7 +25,6 @@ from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
@@ -106,7 +105,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
     parser.add_argument("--table", type=Path, required=True, help="out: table of surrogates and slurries (CSV)")
     parser.add_argument("--clock", type=Path, required=True, help="out: table of the fitted exponents (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     for one, other in (("run_json", "thermo"), ("predicted", "relaxed")):
         if len(getattr(args, one)) != len(getattr(args, other)):
@@ -118,7 +116,7 @@ def main() -> None:
     """Compare and write both tables."""
     args = parse_args()
     frame = args.last_input_frame
-    with measured_cost(args.cost, "compare_sizes"), ExitStack() as opened:
+    with ExitStack() as opened:
         slurries = shrinking(args.run_json, args.thermo, read_equilibrium(args.equilibrium))
         stores = {}
         for path in args.frames:

@@ -23,7 +23,6 @@ from slurrycast.dem.forcefield import rayleigh_time_us
 from slurrycast.dem.recipe import particle_types
 from slurrycast.evaluation.noise import mean_and_sd, rdf_difference
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 MEASURED = ("density_g_cm3", "coordination_all", "overlap_mean", "overlap_max")
@@ -134,7 +133,6 @@ def parse_args() -> argparse.Namespace:
     )
     parser.add_argument("--runs", type=Path, required=True, help="out: table of all runs (CSV)")
     parser.add_argument("--summary", type=Path, required=True, help="out: table of the timesteps (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
     args = parser.parse_args()
     if not len(args.run_json) == len(args.thermo) == len(args.structure) == len(args.rdf):
         parser.error("--run-json, --thermo, --structure and --rdf: as many of each are needed")
@@ -144,23 +142,22 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Compare and write both tables."""
     args = parse_args()
-    with measured_cost(args.cost, "compare_timesteps"):
-        rows, curves, wanted = [], [], None
-        for run_path, *paths in zip(args.run_json, args.thermo, args.structure, args.rdf, strict=True):
-            run = json.loads(run_path.read_text(encoding="utf-8"))
-            thermo, structure, rdf = map(read_table, paths)
-            rows.append(run_row(run, thermo, structure))
-            curves.append(rdf[rdf.pair == "all"].reset_index(drop=True))
-            mass_and_shape = {key: value for key, value in run["physics"]["slurry"].items() if key != "seed"}
-            if mass_and_shape != (wanted := wanted or mass_and_shape):
-                raise InputError(f"{run_path}: {mass_and_shape} in place of {wanted}: runs must differ in seed only")
-        runs = pd.DataFrame(rows)
-        column = list(runs.columns).index("time_to_equilibrium_us")
-        runs.insert(column, "rdf_difference", rdf_differences(runs.timestep_us.to_list(), runs.seed.to_list(), curves))
-        runs = runs.sort_values(["timestep_us", "seed"])
-        by_timestep = summary(runs, args.max_density_difference)
-        for table, path in ((runs, args.runs), (by_timestep, args.summary)):
-            write_text(path, table.to_csv(index=False, float_format="%.9g"))
+    rows, curves, wanted = [], [], None
+    for run_path, *paths in zip(args.run_json, args.thermo, args.structure, args.rdf, strict=True):
+        run = json.loads(run_path.read_text(encoding="utf-8"))
+        thermo, structure, rdf = map(read_table, paths)
+        rows.append(run_row(run, thermo, structure))
+        curves.append(rdf[rdf.pair == "all"].reset_index(drop=True))
+        mass_and_shape = {key: value for key, value in run["physics"]["slurry"].items() if key != "seed"}
+        if mass_and_shape != (wanted := wanted or mass_and_shape):
+            raise InputError(f"{run_path}: {mass_and_shape} in place of {wanted}: runs must differ in seed only")
+    runs = pd.DataFrame(rows)
+    column = list(runs.columns).index("time_to_equilibrium_us")
+    runs.insert(column, "rdf_difference", rdf_differences(runs.timestep_us.to_list(), runs.seed.to_list(), curves))
+    runs = runs.sort_values(["timestep_us", "seed"])
+    by_timestep = summary(runs, args.max_density_difference)
+    for table, path in ((runs, args.runs), (by_timestep, args.summary)):
+        write_text(path, table.to_csv(index=False, float_format="%.9g"))
     for _, row in by_timestep[1:].iterrows():
         print(in_words(row, args.max_density_difference))
 

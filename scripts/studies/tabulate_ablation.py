@@ -23,7 +23,6 @@ from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, read_training_set
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.command_line import Parser, input_file, run_main
-from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 from slurrycast.surrogates import vgg16, vgg16_box
 
@@ -47,7 +46,6 @@ def parse_args() -> argparse.Namespace:
         "--roles", required=True, type=json.loads, help="JSON: role of each slurry in the table of skill"
     )
     parser.add_argument("--table", required=True, type=Path, help="out: table of the ablation (CSV)")
-    parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "surrogates", "histories")
     return args
@@ -99,17 +97,16 @@ def held_out(skill: pd.DataFrame, label: str, roles: dict[str, str]) -> dict[str
 def main() -> None:
     """Tabulate and write."""
     args = parse_args()
-    with measured_cost(args.cost, "tabulate_ablation"):
-        skill = read_table(args.skill)
-        rows = [
-            {"surrogate": label} | words(label) | training(path) | held_out(skill, label, args.roles)
-            for label, path in zip(args.surrogates, args.histories, strict=True)
-        ]
-        affine = {"target": "-", "coordinates": "scaled", "box": "yes", "standardised": "-"}
-        loss = {"best_val_loss_um2": affine_loss_um2(read_training_set(args.dataset))}
-        rows.append({"surrogate": "affine"} | affine | loss | held_out(skill, "affine", args.roles))
-        table = pd.DataFrame(rows, columns=COLUMNS).astype({"epochs": "Int64", "best_epoch": "Int64"})
-        write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    skill = read_table(args.skill)
+    rows = [
+        {"surrogate": label} | words(label) | training(path) | held_out(skill, label, args.roles)
+        for label, path in zip(args.surrogates, args.histories, strict=True)
+    ]
+    affine = {"target": "-", "coordinates": "scaled", "box": "yes", "standardised": "-"}
+    loss = {"best_val_loss_um2": affine_loss_um2(read_training_set(args.dataset))}
+    rows.append({"surrogate": "affine"} | affine | loss | held_out(skill, "affine", args.roles))
+    table = pd.DataFrame(rows, columns=COLUMNS).astype({"epochs": "Int64", "best_epoch": "Int64"})
+    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
 
 
 if __name__ == "__main__":

@@ -13,19 +13,18 @@ import pytest
 from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
 from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
 from slurrycast.data.tables import read_table
-from slurrycast.runtime.costs import Cost, read_cost
+from slurrycast.runtime.costs import Cost
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
 
 
 @pytest.fixture
 def run(root, tmp_path):
-    """Run a script for its table, with --cost added; return the finished process and the path of the table."""
+    """Run a script for its table; return the finished process and the path of the table."""
 
     def start(script: str, *arguments: object) -> tuple[subprocess.CompletedProcess, Path]:
         out = tmp_path / "tables" / f"{script}.csv"
         words = [sys.executable, *root.glob(f"scripts/*/{script}.py"), *arguments, "--table", out]
-        words += ["--cost", tmp_path / "cost.json"]
         return subprocess.run([str(part) for part in words], capture_output=True, text=True, timeout=120), out
 
     return start
@@ -115,7 +114,6 @@ def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
     # Curves 0, 1, 3 differ by 1, 3 and 2. Moved by 0.3 um along one of three axes: 0.3^2 / 3.
     np.testing.assert_allclose(rows["mean"], [2.2, 2, 2.2, 2, 0.03, 0.03])
     np.testing.assert_allclose(rows.sd, [0.1, 1, 0.1, 1, np.nan, np.nan])
-    assert read_cost(tmp_path / "cost.json").stage == "measure_noise"
 
 
 def test_noise_needs_two_replicas_of_one_size(run, tmp_path):
@@ -163,7 +161,6 @@ def test_skill(run, predictions, noise, tmp_path):
     np.testing.assert_allclose(rows.floor_um2, 0.003)
     # Affine is nearer than the floor for slurry 2: no skill is defined there.
     np.testing.assert_allclose(rows.skill, [0.03 / 0.027, 0, -0.117 / 0.027 + 1, 1, np.nan, np.nan], atol=1e-8)
-    assert read_cost(tmp_path / "cost.json").stage == "compute_skill"
 
 
 def test_skill_needs_the_affine_prediction_of_every_slurry(run, predictions, noise):
@@ -222,7 +219,6 @@ def test_structural_errors(run, noise, replica_curves, tmp_path):
     # 0.3 in four of the five bins that are compared; noise.csv has another range
     sds = [0.002 * larger, 0.04 * larger] * 2 + [0.01, 0.24] * 2
     np.testing.assert_allclose(rows.replica_sd, sds, rtol=1e-8)
-    assert read_cost(tmp_path / "cost.json").stage == "compare_structure"
 
 
 def test_structural_errors_need_the_dem_its_replicas_and_matching_files(run, noise, tmp_path):
@@ -287,7 +283,6 @@ def test_relaxations_of_several_lengths(run, relaxations, tmp_path):
     assert rows.rdf_in_spread[0] != pytest.approx(0.5 / 0.2, rel=1e-3)
     assert list(rows.cpu_s) == [3.0, 7.0]
     assert rows.within_band[1]
-    assert read_cost(tmp_path / "cost.json").stage == "compare_relaxation"
 
 
 def test_relaxations_need_their_own_costs_and_the_dem(run, relaxations, tmp_path):

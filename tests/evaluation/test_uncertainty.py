@@ -27,7 +27,6 @@ from slurrycast.evaluation.uncertainty import (
     rank_correlation,
     read_calibration,
 )
-from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
@@ -222,7 +221,7 @@ def calibrated(run, tmp_path):
     def start(*pairs):
         predicted, frames = map(list, zip(*pairs, strict=True))
         options = {"predicted": predicted, "frames": frames, "target_frame": 120}
-        outputs = {"calibration": tmp_path / "calibration.json", "cost": tmp_path / "cost.json"}
+        outputs = {"calibration": tmp_path / "calibration.json"}
         return run("calibrate_spread", **options, **outputs), outputs["calibration"]
 
     return start
@@ -238,10 +237,6 @@ def test_calibration_from_files(calibrated, tmp_path):
     for level, factor in zip(content["levels"], content["factors"], strict=True):
         assert abs(factor - 2 * FACTORS[level]) < 4 * 2 * standard_error(level, [9000, 2700])
     assert read_calibration(path).factors == tuple(content["factors"])
-    assert (read_cost(tmp_path / "cost.json").stage, read_cost(tmp_path / "cost.json").surrogate) == (
-        "calibrate_spread",
-        "net",
-    )
     assert done.stdout.startswith("[net] 50% within 1.3")
 
 
@@ -312,7 +307,7 @@ def measured(run, calibrated, tmp_path):
     predicted, frames = map(list, zip(validation, test, strict=True))
     options = {"predicted": predicted, "frames": frames, "target_frame": 120}
     options |= {"calibrations": tmp_path / "calibration.json", "roles": json.dumps({"V1": "validation", "2": "test"})}
-    return options | {"table": tmp_path / "uncertainty.csv", "cost": tmp_path / "cost.json"}
+    return options | {"table": tmp_path / "uncertainty.csv"}
 
 
 def test_uncertainty_from_files(run, measured, tmp_path):
@@ -339,7 +334,6 @@ def test_uncertainty_from_files(run, measured, tmp_path):
     np.testing.assert_allclose(table.mean_spread_um, [0.1, 0.1, 0.4 / 3, 0.4 / 3])
     np.testing.assert_allclose(table.rms_error_um, 0.2, rtol=5 / math.sqrt(2 * 3000))
     assert table.rank_correlation.isna().all()  # all particles of a slurry have the same spread
-    assert read_cost(tmp_path / "cost.json").stage == "measure_uncertainty"
 
 
 @pytest.mark.parametrize(
@@ -362,8 +356,8 @@ def test_what_does_not_belong_to_the_predictions_is_refused(run, measured, tmp_p
 @pytest.mark.parametrize("script", ["calibrate_spread", "measure_uncertainty", "plot_uncertainty"])
 def test_one_dem_for_each_prediction(run, measured, tmp_path, script):
     own = {
-        "calibrate_spread": {"calibration": tmp_path / "c.json", "cost": tmp_path / "cost.json"},
-        "measure_uncertainty": {name: measured[name] for name in ("calibrations", "roles", "table", "cost")},
+        "calibrate_spread": {"calibration": tmp_path / "c.json"},
+        "measure_uncertainty": {name: measured[name] for name in ("calibrations", "roles", "table")},
         "plot_uncertainty": {"uncertainty": tmp_path / "calibration.json", "figure": tmp_path / "f.png"},
     }[script]
     pairs = {"predicted": measured["predicted"], "frames": measured["frames"][:1], "target_frame": 120}

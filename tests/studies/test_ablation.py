@@ -44,7 +44,7 @@ def run(command, tmp_path):
             histories.append(tmp_path / f"{label}.csv")
             curve = {"epoch": [1, 2, 3], "loss": [9, 8, 7], "mae": [3, 2, 1], "val_loss": [5, 2 + number, 4 + number]}
             pd.DataFrame(curve)[:epochs].assign(val_mae=1).to_csv(histories[-1], index=False)
-        paths = {"dataset": "training.h5", "skill": "skill.csv", "table": "ablation.csv", "cost": "cost.json"}
+        paths = {"dataset": "training.h5", "skill": "skill.csv", "table": "ablation.csv"}
         options = {name: tmp_path / file for name, file in paths.items()}
         words = command("tabulate_ablation", surrogates=labels, histories=histories, roles=json.dumps(roles), **options)
         return subprocess.run(words, capture_output=True, text=True)

@@ -17,7 +17,6 @@ from slurrycast.data.frames import Frame, Particles, write_frames
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
 from slurrycast.report.figures import save_figure
-from slurrycast.runtime.costs import read_cost
 
 DEM_END_EDGE_UM = 4.0
 LAST_INPUT_EDGE_UM = 5.0
@@ -134,7 +133,6 @@ def study(tmp_path) -> dict:
         "target_frame": 2,
         "table": tmp_path / "size_errors.csv",
         "clock": tmp_path / "size_clock.csv",
-        "cost": tmp_path / "cost.json",
     }
 
 
@@ -158,7 +156,6 @@ def test_tables(study, command):
     np.testing.assert_allclose(table.coordinate_volume_error, 0, atol=1e-9)
     assert clock.columns.to_list() == ["slurries", "exponent", "standard_error", "damping_exponent"]
     np.testing.assert_allclose(clock.iloc[0], [4, 0.3, 0, -0.2], atol=1e-6)
-    assert read_cost(study["cost"]).stage == "compare_sizes"
 
 
 def test_slurry_that_does_not_shrink_is_left_out(study, command):

@@ -72,7 +72,7 @@ def study(root, tmp_path):
         for name, path in paths.items():
             options[name].append(path)
     outputs = {"runs": tmp_path / "timestep.csv", "summary": tmp_path / "timestep_summary.csv"}
-    return {**options, "max_density_difference": 0.005, **outputs, "cost": tmp_path / "cost.json"}
+    return {**options, "max_density_difference": 0.005, **outputs}
 
 
 @pytest.fixture

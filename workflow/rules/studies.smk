@@ -30,7 +30,6 @@ if HAS_ABLATION:
                 category="Evaluation",
                 labels={"table": "ablation"},
             ),
-            cost=f"{RESULTS}/costs/tabulate_ablation.json",
         log:
             f"{RESULTS}/logs/tabulate_ablation.log",
         conda:
@@ -41,7 +40,7 @@ if HAS_ABLATION:
         shell:
             "python {input.script:q} --surrogates {params.surrogates:q} --histories {input.histories:q}"
             " --dataset {input.dataset:q} --skill {input.skill:q} --roles {params.roles:q}"
-            " --table {output.table:q} --cost {output.cost:q}"
+            " --table {output.table:q}"
             " 2>&1 | tee {log:q}"
 
 
@@ -69,7 +68,6 @@ rule compare_timesteps:
             category="Convergence",
             labels={"table": "time steps"},
         ),
-        cost=f"{RESULTS}/costs/compare_timesteps.json",
     log:
         f"{RESULTS}/logs/compare_timesteps.log",
     localrule: True
@@ -81,7 +79,7 @@ rule compare_timesteps:
         "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
         " --structure {input.structure:q} --rdf {input.rdf:q}"
         " --max-density-difference {params.max_density_difference}"
-        " --runs {output.runs:q} --summary {output.summary:q} --cost {output.cost:q}"
+        " --runs {output.runs:q} --summary {output.summary:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -137,7 +135,6 @@ rule compare_sizes:
             category="Size",
             labels={"table": "clock of the barostat"},
         ),
-        cost=f"{RESULTS}/costs/compare_sizes.json",
     log:
         f"{RESULTS}/logs/compare_sizes.log",
     localrule: True
@@ -150,7 +147,7 @@ rule compare_sizes:
         "python {input.script:q} --frames {input.frames:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
         " --predicted {input.predicted:q} --relaxed {input.relaxed:q} --equilibrium {input.equilibrium:q}"
         " --last-input-frame {params.last_input_frame} --target-frame {params.target_frame}"
-        " --table {output.table:q} --clock {output.clock:q} --cost {output.cost:q}"
+        " --table {output.table:q} --clock {output.clock:q}"
         " 2>&1 | tee {log:q}"
 
 

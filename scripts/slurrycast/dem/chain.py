@@ -132,18 +132,21 @@ class Chain:
         """All parts in their order."""
         return [*(opening.part for opening in self.openings), *self.segments]
 
-    def run(self, work: WorkFolder, attempt: Path | None, launcher: Launcher, stop: Stop, cost: Cost) -> list[Log]:
+    def run(
+        self, work: WorkFolder, attempt: Path | None, launcher: Launcher, stop: Stop, cost: Cost | None = None
+    ) -> list[Log]:
         """Run the parts that are not finished in `work` yet; return the logs of all segments.
 
-        What earlier attempts spent on finished parts is added to `cost`. RunError as of `run_lammps`, for files that
-        are not complete, and if LAMMPS dropped the contact history of a restart file; Unfinished as `stop` wants it.
+        What earlier attempts spent on finished parts is added to `cost`, if there is one. RunError as of `run_lammps`,
+        for files that are not complete, and if LAMMPS dropped the contact history of a restart file; Unfinished as
+        `stop` wants it.
         """
         # Not by the restart files: each is there before the log of its segment is complete.
         done = list(itertools.takewhile(work.finished, self.parts))
         for part in self.parts[len(done) :]:
             work.forget(part)
         logs = self._run_missing(work, attempt, launcher, stop, done)
-        for part in done:
+        for part in done if cost else ():
             spent = work.cost(part)
             cost.wall_s += spent["wall_s"]
             cost.cpu_s += spent["cpu_s"]

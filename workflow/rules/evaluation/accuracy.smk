@@ -28,7 +28,6 @@ rule compute_skill:
             category="Evaluation",
             labels={"table": "skill"},
         ),
-        cost=f"{RESULTS}/costs/compute_skill.json",
     log:
         f"{RESULTS}/logs/compute_skill.log",
     localrule: True
@@ -38,7 +37,7 @@ rule compute_skill:
         target_frame=TARGET_FRAME,
     shell:
         "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q} --noise {input.noise:q}"
-        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " --target-frame {params.target_frame} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -60,7 +59,6 @@ rule compare_structure:
             category="Evaluation",
             labels={"table": "structural errors"},
         ),
-        cost=f"{RESULTS}/costs/compare_structure.json",
     log:
         f"{RESULTS}/logs/compare_structure.log",
     localrule: True
@@ -70,7 +68,7 @@ rule compare_structure:
         "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q}"
         " --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q} --noise {input.noise:q}"
         " --replica-rdf {input.replica_rdf:q}"
-        " --table {output.table:q} --cost {output.cost:q}"
+        " --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -93,7 +91,6 @@ rule compare_relaxation:
             category="Evaluation",
             labels={"table": "length of the relaxation"},
         ),
-        cost=f"{RESULTS}/costs/compare_relaxation.json",
     log:
         f"{RESULTS}/logs/compare_relaxation.log",
     conda:
@@ -112,7 +109,7 @@ rule compare_relaxation:
         "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
         " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
         " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um}"
-        " --bins {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q} --cost {output.cost:q}"
+        " --bins {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 

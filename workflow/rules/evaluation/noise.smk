@@ -26,7 +26,6 @@ rule run_perturbed:
         restart=f"{RESULTS}/dem/{{slurry}}/frame_{max(INPUT_FRAMES)}.restart",
     output:
         perturbed=f"{RESULTS}/perturbed/{{slurry}}.h5",
-        cost=f"{RESULTS}/costs/run_perturbed/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/run_perturbed/{{slurry}}.log",
     conda:
@@ -53,7 +52,7 @@ rule run_perturbed:
         " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
-        " --perturbed {output.perturbed:q} --cost {output.cost:q}"
+        " --perturbed {output.perturbed:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -66,7 +65,6 @@ rule measure_structure:
     output:
         structure=f"{RESULTS}/structure/{{source}}/{{slurry}}.csv",
         rdf=f"{RESULTS}/structure/{{source}}/{{slurry}}_rdf.csv",
-        cost=f"{RESULTS}/costs/measure_structure/{{source}}/{{slurry}}.json",
     log:
         f"{RESULTS}/logs/measure_structure/{{source}}/{{slurry}}.log",
     conda:
@@ -84,7 +82,7 @@ rule measure_structure:
         bins=config["analysis"]["rdf_bins"],
     shell:
         "python {input.script:q} {params.stores:q} --cutoff-um {params.cutoff_um} --bins {params.bins}"
-        " --structure {output.structure:q} --rdf {output.rdf:q} --cost {output.cost:q}"
+        " --structure {output.structure:q} --rdf {output.rdf:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -104,7 +102,6 @@ rule measure_noise:
             category="Evaluation",
             labels={"table": "noise of the DEM"},
         ),
-        cost=f"{RESULTS}/costs/measure_noise.json",
     log:
         f"{RESULTS}/logs/measure_noise.log",
     localrule: True
@@ -114,5 +111,5 @@ rule measure_noise:
         target_frame=TARGET_FRAME,
     shell:
         "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q} --perturbed {input.perturbed:q}"
-        " --frames {input.frames:q} --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        " --frames {input.frames:q} --target-frame {params.target_frame} --table {output.table:q}"
         " 2>&1 | tee {log:q}"

@@ -23,7 +23,6 @@ if SPREADING:
             frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=calibrated_on()),
         output:
             calibration=f"{RESULTS}/models/{{surrogate}}/calibration.json",
-            cost=f"{RESULTS}/costs/calibrate_spread/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/calibrate_spread/{{surrogate}}.log",
         wildcard_constraints:
@@ -35,7 +34,7 @@ if SPREADING:
             target_frame=TARGET_FRAME,
         shell:
             "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
-            " --target-frame {params.target_frame} --calibration {output.calibration:q} --cost {output.cost:q}"
+            " --target-frame {params.target_frame} --calibration {output.calibration:q}"
             " 2>&1 | tee {log:q}"
 
     rule measure_uncertainty:
@@ -53,7 +52,6 @@ if SPREADING:
                 category="Evaluation",
                 labels={"table": "uncertainty"},
             ),
-            cost=f"{RESULTS}/costs/measure_uncertainty.json",
         log:
             f"{RESULTS}/logs/measure_uncertainty.log",
         localrule: True
@@ -65,7 +63,7 @@ if SPREADING:
         shell:
             "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
             " --target-frame {params.target_frame} --calibrations {input.calibrations:q} --roles {params.roles:q}"
-            " --table {output.table:q} --cost {output.cost:q}"
+            " --table {output.table:q}"
             " 2>&1 | tee {log:q}"
 
     rule plot_uncertainty:
