@@ -16,17 +16,11 @@ OUTPUTS:
 rule measure_equilibrium:
     """Find when each DEM reached equilibrium, and how much its density still drifts."""
     input:
-        script="scripts/analysis/measure_equilibrium.py",
-        modules=modules("scripts/analysis/measure_equilibrium.py"),
+        **code("analysis/measure_equilibrium"),
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
         thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
     output:
-        table=report(
-            f"{RESULTS}/tables/equilibrium.csv",
-            caption="../report/equilibrium.rst",
-            category="Tables",
-            labels={"table": "equilibrium"},
-        ),
+        table=reported("tables/equilibrium.csv", "equilibrium", "Tables", table="equilibrium"),
         cost=f"{RESULTS}/costs/measure_equilibrium.json",
     log:
         f"{RESULTS}/logs/measure_equilibrium.log",
@@ -45,17 +39,11 @@ rule measure_equilibrium:
 rule check_training_range:  # asked for only where there are training slurries
     """Find predicted slurries outside the range of the training slurries."""
     input:
-        script="scripts/analysis/check_training_range.py",
-        modules=modules("scripts/analysis/check_training_range.py"),
+        **code("analysis/check_training_range"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
         predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
     output:
-        table=report(
-            f"{RESULTS}/tables/training_range.csv",
-            caption="../report/training_range.rst",
-            category="Tables",
-            labels={"table": "training range"},
-        ),
+        table=reported("tables/training_range.csv", "training_range", "Tables", table="training range"),
         cost=f"{RESULTS}/costs/check_training_range.json",
     log:
         f"{RESULTS}/logs/check_training_range.log",
@@ -67,9 +55,8 @@ rule check_training_range:  # asked for only where there are training slurries
         last_input_frame=max(INPUT_FRAMES),
         first_frame_seen=first_frame_seen(),
     shell:
-        "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q}"
-        " --roles {params.roles:q} --last-input-frame {params.last_input_frame}"
-        " --first-frame-seen {params.first_frame_seen}"
+        "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q} --roles {params.roles:q}"
+        " --last-input-frame {params.last_input_frame} --first-frame-seen {params.first_frame_seen}"
         " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
@@ -77,17 +64,11 @@ rule check_training_range:  # asked for only where there are training slurries
 rule measure_density:
     """Measure density and volume of the final microstructures."""
     input:
-        script="scripts/analysis/measure_density.py",
-        modules=modules("scripts/analysis/measure_density.py"),
+        **code("analysis/measure_density"),
         frames=expand(rules.extract_frames.output.frames, slurry=COMPLETE),
         relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
     output:
-        table=report(
-            f"{RESULTS}/tables/density_volume.csv",
-            caption="../report/density_volume.rst",
-            category="Tables",
-            labels={"table": "density and volume"},
-        ),
+        table=reported("tables/density_volume.csv", "density_volume", "Tables", table="density and volume"),
         cost=f"{RESULTS}/costs/measure_density.json",
     log:
         f"{RESULTS}/logs/measure_density.log",
@@ -97,25 +78,19 @@ rule measure_density:
     params:
         target_frame=TARGET_FRAME,
     shell:
-        "python {input.script:q} --frames {input.frames:q} --relaxed {input.relaxed:q}"
-        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        "python {input.script:q} --frames {input.frames:q} --relaxed {input.relaxed:q} --target-frame"
+        " {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule compare_coordinates:
     """Compare predicted coordinates with those of the DEM."""
     input:
-        script="scripts/analysis/compare_coordinates.py",
-        modules=modules("scripts/analysis/compare_coordinates.py"),
+        **code("analysis/compare_coordinates"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SURROGATES)),
     output:
-        table=report(
-            f"{RESULTS}/tables/coordinate_errors.csv",
-            caption="../report/coordinate_errors.rst",
-            category="Tables",
-            labels={"table": "coordinate errors"},
-        ),
+        table=reported("tables/coordinate_errors.csv", "coordinate_errors", "Tables", table="coordinate errors"),
         cost=f"{RESULTS}/costs/compare_coordinates.json",
     log:
         f"{RESULTS}/logs/compare_coordinates.log",
@@ -125,16 +100,15 @@ rule compare_coordinates:
     params:
         target_frame=TARGET_FRAME,
     shell:
-        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q}"
-        " --target-frame {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
+        "python {input.script:q} --predicted {input.predicted:q} --frames {input.frames:q} --target-frame"
+        " {params.target_frame} --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule compute_rdf:
     """Compute the RDF of target, prediction and relaxed structure."""
     input:
-        script="scripts/analysis/compute_rdf.py",
-        modules=modules("scripts/analysis/compute_rdf.py"),
+        **code("analysis/compute_rdf"),
         frames=rules.extract_frames.output.frames,
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
@@ -163,16 +137,10 @@ rule compute_rdf:
 rule compare_rdf:
     """Compare the RDF of relaxed structures with that of the DEM."""
     input:
-        script="scripts/analysis/compare_rdf.py",
-        modules=modules("scripts/analysis/compare_rdf.py"),
+        **code("analysis/compare_rdf"),
         rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=HELD_OUT),
     output:
-        table=report(
-            f"{RESULTS}/tables/rdf_errors.csv",
-            caption="../report/rdf_errors.rst",
-            category="Tables",
-            labels={"table": "RDF differences"},
-        ),
+        table=reported("tables/rdf_errors.csv", "rdf_errors", "Tables", table="RDF differences"),
         cost=f"{RESULTS}/costs/compare_rdf.json",
     log:
         f"{RESULTS}/logs/compare_rdf.log",
@@ -180,15 +148,13 @@ rule compare_rdf:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --rdf {input.rdf:q} --table {output.table:q} --cost {output.cost:q}"
-        " 2>&1 | tee {log:q}"
+        "python {input.script:q} --rdf {input.rdf:q} --table {output.table:q} --cost {output.cost:q} 2>&1 | tee {log:q}"
 
 
 rule collect_costs:
     """Collect the cost of all jobs of the main job."""
     input:
-        script="scripts/analysis/collect_costs.py",
-        modules=modules("scripts/analysis/collect_costs.py"),
+        **code("analysis/collect_costs"),
         costs=[
             *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
             *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
@@ -215,12 +181,7 @@ rule collect_costs:
         ],
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
     output:
-        table=report(
-            f"{RESULTS}/tables/cost.csv",
-            caption="../report/cost.rst",
-            category="Tables",
-            labels={"table": "cost"},
-        ),
+        table=reported("tables/cost.csv", "cost", "Tables", table="cost"),
     log:
         f"{RESULTS}/logs/collect_costs.log",
     localrule: True
@@ -237,18 +198,12 @@ rule collect_costs:
 rule compare_costs:
     """Compare the cost of the hybrid chain with that of the full DEM."""
     input:
-        script="scripts/analysis/compare_costs.py",
-        modules=modules("scripts/analysis/compare_costs.py"),
+        **code("analysis/compare_costs"),
         cost=rules.collect_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
     output:
-        table=report(
-            f"{RESULTS}/tables/speedup.csv",
-            caption="../report/speedup.rst",
-            category="Tables",
-            labels={"table": "speed-up"},
-        ),
+        table=reported("tables/speedup.csv", "speedup", "Tables", table="speed-up"),
     log:
         f"{RESULTS}/logs/compare_costs.log",
     localrule: True

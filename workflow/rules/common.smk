@@ -1,10 +1,10 @@
-"""The configuration: checked once, here, before any job; the lists that follow from it; paths that rules share.
+"""What the rules share: the configuration, checked before any job, the lists that follow from it, and functions.
 
 REQUIRED INPUTS:
     config                  the merged configuration of Snakemake
     config[slurries]        table of slurries
 
-OUTPUTS: the names in capital letters below, and the functions that rules use to say what they depend on.
+OUTPUTS: the names in capital letters below, and the functions with which rules state inputs, parameters and resources.
 """
 
 import json
@@ -22,8 +22,8 @@ from slurrycast.runtime.files import VERSIONS_VARIABLE
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import particle_counts, particle_types
 
-# Scripts run with the Python that runs Snakemake, and LAMMPS from the same environment, whether it is activated or not;
-# and with the package beside this file, whichever one is installed.
+# Scripts run with the Python that runs Snakemake, with LAMMPS from the same environment, activated or not, and with the
+# package of this folder, even if another one is installed.
 os.environ.update(
     PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
     PYTHONPATH=sys.path[0],
@@ -31,7 +31,7 @@ os.environ.update(
 
 MADE_WITH = provenance.made_with()
 VERSIONS = provenance.name_of(MADE_WITH)
-os.environ[VERSIONS_VARIABLE] = VERSIONS  # stands with the checksum of every output
+os.environ[VERSIONS_VARIABLE] = VERSIONS  # written beside the checksum of every output
 
 try:
     SLURRIES = {slurry.id: slurry for slurry in configuration.checked_slurries(config)}
@@ -42,16 +42,16 @@ config = configuration.in_order(config)
 
 TRAINING_NEEDED = config["surrogate"]["model"] is None
 if not TRAINING_NEEDED:
-    SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # nothing would use them
+    SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # not needed
 
 REPLICAS = {run.id: run for run in configuration.replicas(config, SLURRIES.values())}
 TIMESTEP_RUNS = {run.id: run for run in configuration.timestep_runs(config, SLURRIES.values())}
-RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # all that the DEM may be asked for
+RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
 
 RESULTS = f"results/{config['run']['name']}"
-SURROGATES = config["surrogate"]["names"]  # of the main job
+SURROGATES = config["surrogate"]["names"]  # in the main job
 FURTHER = config["evaluation"]["surrogates"]
-if not TRAINING_NEEDED:  # what would need the training slurries is left out
+if not TRAINING_NEEDED:  # leave out surrogates that need the training slurries
     SURROGATES, FURTHER = (
         [label for label in labels if configuration.without_training(config, label)] for labels in (SURROGATES, FURTHER)
     )
@@ -59,7 +59,7 @@ LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 MODULES = {text: surrogates.load(label.name) for text, label in LABELS.items()}
 LEARNED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.keras"]
 FITTED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.json"]
-SPREADING = [text for text in LABELS if MODULES[text].HAS_SPREAD]  # whose uncertainty can be calibrated
+SPREADING = [text for text in LABELS if MODULES[text].HAS_SPREAD]  # with an uncertainty to calibrate
 BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_fraction"]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
@@ -85,16 +85,39 @@ HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATIO
 HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 
-def of_table(key, ids, allowed):
-    """The ids that a setting names; only the targets that need them complain if the slurry table has none such."""
+def checked_ids(key, ids, allowed):
+    """The slurries that a setting names; an error, only for targets that need them, if one is not allowed."""
     for id in ids:
         if id not in allowed:
             raise WorkflowError(f"{key}: {id!r}: must be one of {', '.join(allowed)} for this target")
     return ids
 
 
+def required(role, reason=""):
+    """Slurries of a role; an error, only for targets that need them, if there are none."""
+    slurries = with_role(role)
+    if not slurries:
+        raise WorkflowError(
+            f"{config['slurries']}: no slurry of role {role}: must be at least one for this target{reason}"
+        )
+    return slurries
+
+
+def code(script, loads_surrogate=False):
+    """The script "stage/stem" of a rule and the modules that it imports, as inputs, so that an edit reruns the rule."""
+    path = f"scripts/{script}.py"
+    of_surrogate = lambda wildcards: modules(path, LABELS[wildcards.surrogate].name)
+    return {"script": path, "modules": of_surrogate if loads_surrogate else modules(path)}
+
+
+def reported(path, caption, category, **labels):
+    """An output in the results folder that `snakemake --report` shows, with its caption in workflow/report."""
+    caption = Path(workflow.basedir) / "workflow" / "report" / f"{caption}.rst"
+    return report(f"{RESULTS}/{path}", caption=str(caption), category=category, labels=labels)
+
+
 def section(value):
-    """A part of the configuration as one line of JSON, the form in which scripts take it."""
+    """A part of the configuration as one line of JSON, as scripts read it."""
     return json.dumps(value, ensure_ascii=False)
 
 
@@ -106,23 +129,32 @@ def particles(slurry):
 
 
 def slurry_mb(wildcards, attempt):
-    """Memory in MB of what holds one slurry: LAMMPS, or its frames and their neighbours."""
+    """Memory in MB of a job that holds one slurry in LAMMPS, or its frames and their neighbours."""
     return attempt * (1000 + particles(wildcards.slurry) // 20)
 
 
 def last_frame(wildcards):
-    """Last frame of the DEM: a slurry of role `new` ends at the last input frame, also of surrogates of the main job."""
-    new = RUNS[wildcards.slurry].role == "new"
-    return max(map(max, [INPUT_FRAMES, *map(input_frames, SURROGATES)])) if new else config["dem"]["frames"] - 1
+    """Last frame of the DEM; for a slurry of role `new` the last input frame that any surrogate of the main job needs."""
+    if RUNS[wildcards.slurry].role == "new":
+        return max(map(max, [INPUT_FRAMES, *map(input_frames, SURROGATES)]))
+    return config["dem"]["frames"] - 1
 
 
 def dem_priority(wildcards):
-    """Training slurries first, so that learning goes on beside the held-out ones; the longest of each first."""
+    """Training slurries first, so that training runs beside the held-out ones; in each group the longest first."""
     run = RUNS[wildcards.slurry]
     return run.mass_units + {"train": 2000, "replica": 0, "timestep": 0}.get(run.role, 1000)
 
 
-# Whether DEM jobs end at their walltime, so that they have to stop before it.
+# How LAMMPS is started stands among the resources, since a change of it is no reason to run a slurry again.
+LAMMPS_JOB = {
+    "mpi": config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
+    "tasks": config["dem"]["ranks"],
+    "cpus_per_task": 1,
+    "executable": config["dem"]["executable"],
+}
+
+# Whether DEM jobs are killed at their walltime, so that they have to stop before it.
 BUDGETED = workflow.remote_exec or config["dem"]["budget_min"] is not None
 
 
@@ -135,19 +167,18 @@ def dem_minutes(wildcards, attempt):
 
 
 def work_of_dem(wildcards):
-    """Folder of what a DEM has finished, until its frames are extracted."""
+    """Folder with the finished parts of a DEM, until its frames are extracted."""
     return f"{RESULTS}/dem/{wildcards.slurry}/work"
 
 
 def lammps_minutes(wildcards, steps, attempt):
     """Walltime of `steps` of the DEM in minutes."""
-    particle_steps = particles(wildcards.slurry) * steps
     particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
-    return 10 + attempt * round(particle_steps / particle_steps_per_s / 60)
+    return 10 + attempt * round(particles(wildcards.slurry) * steps / particle_steps_per_s / 60)
 
 
 def structure_minutes(wildcards, attempt):
-    """Walltime in minutes of what looks at the neighbours in one slurry, measured as 1 ms a particle."""
+    """Walltime in minutes of a job on the neighbours in one slurry; 1 ms per particle was measured."""
     return attempt * (5 + particles(wildcards.slurry) // 10000)
 
 
@@ -162,18 +193,18 @@ def input_steps(labels):
 
 
 def model_of(label):
-    """Model file of a surrogate, none if it does not learn."""
+    """Model file of a surrogate; an empty list if it has none."""
     file = MODULES[label].MODEL_FILE
     return f"{RESULTS}/models/{label}/{file}" if file else []
 
 
 def learns_from_frames(wildcards):
-    """Whether a surrogate learns from whole slurries, and not from the training set."""
+    """Whether a surrogate learns from whole slurries instead of the training set."""
     return MODULES[wildcards.surrogate].LEARNS_FROM == "frames"
 
 
 def learned_from(wildcards):
-    """What train_surrogate reads."""
+    """Inputs of train_surrogate that hold the training data."""
     if not learns_from_frames(wildcards):
         return {"dataset": rules.assemble_dataset.output.dataset}
     frames = rules.extract_frames.output.frames
@@ -182,7 +213,7 @@ def learned_from(wildcards):
 
 
 def learning_options(wildcards, input):
-    """Command line of train_surrogate that says what is learned from."""
+    """Options of train_surrogate for the training data."""
     if not learns_from_frames(wildcards):
         return ["--dataset", input.dataset]
     options = ["--frames", *input.frames, "--validation-frames", *input.validation_frames]
@@ -190,32 +221,32 @@ def learning_options(wildcards, input):
 
 
 def first_frame_seen():
-    """Earliest last input frame that all surrogates of the main job learn from: some move their input frames back."""
+    """Earliest last input frame that all surrogates of the main job learn from; some move their input frames back."""
     learned = [label for label in SURROGATES if MODULES[label].MODEL_FILE]
     last = max(INPUT_FRAMES)
     return max((configuration.first_frame_seen(config, label) for label in learned), default=last)
 
 
 def surrogate_settings(wildcards):
-    """Settings of a surrogate, which its variants share."""
+    """Settings of a surrogate; its variants share them."""
     return section(config["surrogate"].get(LABELS[wildcards.surrogate].name, {}))
 
 
 def training_minutes(wildcards, attempt):
-    """Walltime of a training in minutes; one step of the largest network takes below a second on one slow core."""
+    """Walltime of a training in minutes; one step of the largest network takes less than a second on one slow core."""
     settings = config["surrogate"][LABELS[wildcards.surrogate].name]
     if "batch_size" in settings:
         updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
-    else:  # a slurry an update; as many seconds for 1000 of its particles, at the shipped width and cutoff
+    else:  # one slurry per update, which takes 1 s per 1000 particles with the default width and cutoff
         updates = settings["members"] * settings["epochs"] * sum(map(particles, TRAINING)) / 1000
     return 10 + attempt * int(updates / 60)
 
 
 def training_mb(wildcards, attempt):
-    """Memory of a training in MB: of a whole slurry and its neighbours in each layer, where one is learned at a time.
+    """Memory of a training in MB; where the network learns from whole slurries, it grows with the largest one.
 
-    Measured are 3.9 GB with 1208 particles in the largest slurry and 5.5 GB with 2402 (cost.csv of the reference runs
-    small and start).
+    Measured: 3.9 GB for 1208 particles in the largest slurry, 5.5 GB for 2402 (cost.csv of the reference runs small and
+    start).
     """
     if not learns_from_frames(wildcards):
         return attempt * 4000
@@ -223,17 +254,17 @@ def training_mb(wildcards, attempt):
 
 
 def goes_on(wildcards):
-    """Whether the surrogate goes on with the DEM."""
+    """Whether the surrogate continues the DEM."""
     return MODULES[wildcards.surrogate].CONTINUES_DEM is not None
 
 
 def continuation_script(wildcards):
-    """The LAMMPS script by which a surrogate goes on with the DEM, if it does."""
+    """LAMMPS script of a surrogate that continues the DEM."""
     return f"scripts/lammps/{MODULES[wildcards.surrogate].CONTINUES_DEM}" if goes_on(wildcards) else []
 
 
 def continuation_options(wildcards, input):
-    """Command line of predict_slurry for a surrogate that goes on with the DEM."""
+    """Options of predict_slurry for a surrogate that continues the DEM."""
     if not goes_on(wildcards):
         return []
     folder = f"{RESULTS}/dem/{wildcards.slurry}"
@@ -244,7 +275,7 @@ def continuation_options(wildcards, input):
 
 
 def prediction_group(wildcards):
-    """On a cluster predictions of seconds share a job; one that goes on with the DEM takes hours and has its own."""
+    """Group of a prediction: on a cluster short ones share a job, and one that continues the DEM has a job alone."""
     return "predictions" if workflow.non_local_exec and not goes_on(wildcards) else None
 
 
@@ -257,34 +288,30 @@ def prediction_minutes(wildcards, attempt):
 
 
 def relaxation(wildcards):
-    """Settings of a relaxation, for the steps in `-500`; an empty text stands for those of the configuration."""
+    """Settings of a relaxation; the wildcard `-500` stands for 500 steps, an empty one for those of the configuration."""
     settings = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
-    steps = wildcards.steps.removeprefix("-")
-    return settings | {
-        "steps": int(steps) if steps else configuration.own_relaxation_steps(config, wildcards.surrogate)
-    }
+    steps = wildcards.steps.removeprefix("-") or configuration.own_relaxation_steps(config, wildcards.surrogate)
+    return settings | {"steps": int(steps)}
 
 
 def relaxed_for_steps(path):
-    """Files of rule relax_slurry for every surrogate, validation slurry and number of steps; `path` as in its output.
+    """Outputs `path` of relax_slurry for every surrogate, validation slurry and number of steps.
 
     The relaxation for as many steps as the configuration gives the surrogate is that of the main job.
     """
     if not RELAXATION_STEPS:
         raise WorkflowError("evaluation.relaxation_steps = []: must be at least one number for this target")
-    if not with_role("validation"):
-        raise WorkflowError(f"{config['slurries']}: no slurry of role validation: must be at least one for this target")
-    found = []
+    paths = []
     for label in LABELS:
-        own = configuration.own_relaxation_steps(config, label)
-        steps = ["" if number == own else f"-{number}" for number in RELAXATION_STEPS]
-        found += expand(path, surrogate=label, slurry=with_role("validation"), steps=steps)
-    return found
+        configured = configuration.own_relaxation_steps(config, label)
+        steps = ["" if number == configured else f"-{number}" for number in RELAXATION_STEPS]
+        paths += expand(path, surrogate=label, slurry=required("validation"), steps=steps)
+    return paths
 
 
 def timestep_runs():
     """Ids of the runs of the convergence study."""
-    of_table("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
+    checked_ids("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
     return list(TIMESTEP_RUNS)
 
 
@@ -292,24 +319,17 @@ def replicated():
     """Slurries that have replicas and a perturbed run."""
     if "affine" not in LABELS:
         raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
-    if not with_role("test"):
-        raise WorkflowError(f"{config['slurries']}: no slurry of role test: must be at least one for this target")
-    return of_table("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
+    required("test")
+    return checked_ids("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
 
 
-def calibrated_on():
-    """Slurries on which the spread of a surrogate is calibrated; only targets that need them complain if there is none."""
-    slurries = with_role("validation")
-    if not slurries:
-        raise WorkflowError(
-            f"{config['slurries']}: no slurry of role validation: must be at least one for this target, the spread of "
-            f"{', '.join(SPREADING)} is calibrated on it"
-        )
-    return slurries
+def calibration_slurries():
+    """Slurries on which the spread of a surrogate is calibrated."""
+    return required("validation", f", the spread of {', '.join(SPREADING)} is calibrated on it")
 
 
 def structure_options(wildcards):
-    """What measure_structure reads: the end of the DEM, or what a surrogate predicted and what became of it."""
+    """Inputs of measure_structure: the frames of the DEM, or a prediction and its relaxed structure."""
     slurry, source = wildcards.slurry, wildcards.source
     if source == "dem":
         return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
@@ -317,10 +337,10 @@ def structure_options(wildcards):
     return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
 
 
-# The ids themselves: any other pattern cuts names like coordinates_vgg16_6_r1 at the wrong place.
+# The ids themselves, since any other pattern splits names like coordinates_vgg16_6_r1 in the wrong place.
 wildcard_constraints:
     slurry="|".join(RUNS),
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
-    # no id has a hyphen; in brackets, as Snakemake takes an empty pattern for none
+    # no id has a hyphen; in brackets, since Snakemake ignores an empty pattern
     steps=f"(?:{'|'.join(['', *(f'-{steps}' for steps in RELAXATION_STEPS)])})",

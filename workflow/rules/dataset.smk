@@ -32,16 +32,15 @@ rule extract_frames:
     params:
         work=work_of_dem,
     shell:
-        "python {input.script:q} --dump {input.dump:q} --inputs {input.inputs:q} --run {input.run:q} --work {params.work:q}"
-        " --frames {output.frames:q} --cost {output.cost:q}"
+        "python {input.script:q} --dump {input.dump:q} --inputs {input.inputs:q} --run {input.run:q} --work"
+        " {params.work:q} --frames {output.frames:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule assemble_dataset:
     """Collect the training set from the frames of the training slurries."""
     input:
-        script="scripts/dataset/assemble_dataset.py",
-        modules=modules("scripts/dataset/assemble_dataset.py"),
+        **code("dataset/assemble_dataset"),
         frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
     output:
         dataset=f"{RESULTS}/dataset/training.h5",
@@ -57,8 +56,8 @@ rule assemble_dataset:
         validation_share=config["learning"]["validation_share"],
         seed=config["learning"]["seed"],
     shell:
-        "python {input.script:q} --frames {input.frames:q} --input-frames {params.input_frames}"
-        " --target-frame {params.target_frame} --validation-share {params.validation_share} --seed {params.seed}"
+        "python {input.script:q} --frames {input.frames:q} --input-frames {params.input_frames} --target-frame"
+        " {params.target_frame} --validation-share {params.validation_share} --seed {params.seed}"
         " --dataset {output.dataset:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
@@ -66,8 +65,7 @@ rule assemble_dataset:
 rule measure_packing:
     """Take the packing fraction that sets the predicted box, from the training slurries or the configuration."""
     input:
-        script="scripts/dataset/measure_packing.py",
-        modules=modules("scripts/dataset/measure_packing.py"),
+        **code("dataset/measure_packing"),
         frames=expand(rules.extract_frames.output.frames, slurry=[] if PACKING_GIVEN else TRAINING),
     output:
         packing=f"{RESULTS}/dataset/packing_fraction.json",

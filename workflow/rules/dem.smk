@@ -12,8 +12,7 @@ OUTPUTS:
 rule generate_inputs:
     """Place the particles of a slurry and write the LAMMPS inputs."""
     input:
-        script="scripts/dem/generate_inputs.py",
-        modules=modules("scripts/dem/generate_inputs.py"),
+        **code("dem/generate_inputs"),
     output:
         data=f"{RESULTS}/dem/{{slurry}}/initial.data",
         coefficients=f"{RESULTS}/dem/{{slurry}}/coefficients.lmp",
@@ -29,17 +28,16 @@ rule generate_inputs:
     params:
         physics=lambda wildcards: section(configuration.physics(config, RUNS[wildcards.slurry])),
     shell:
-        "python {input.script:q} --slurry {wildcards.slurry:q} --physics {params.physics:q}"
-        " --data {output.data:q} --coefficients {output.coefficients:q} --push-off {output.push_off:q}"
-        " --inputs {output.inputs:q} --cost {output.cost:q}"
+        "python {input.script:q} --slurry {wildcards.slurry:q} --physics {params.physics:q} --data {output.data:q}"
+        " --coefficients {output.coefficients:q} --push-off {output.push_off:q} --inputs {output.inputs:q}"
+        " --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule run_slurry:
     """Run the DEM of a slurry from its initial state to its last frame."""
     input:
-        script="scripts/dem/run_slurry.py",
-        modules=modules("scripts/dem/run_slurry.py"),
+        **code("dem/run_slurry"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "start", "slurry"]),
         data=rules.generate_inputs.output.data,
         coefficients=rules.generate_inputs.output.coefficients,
@@ -59,13 +57,9 @@ rule run_slurry:
     conda:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
-    # How LAMMPS is started stands among the resources, since a change of it is no reason to run a slurry again.
     resources:
+        **LAMMPS_JOB,
         budgeted=int(BUDGETED),
-        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
-        tasks=config["dem"]["ranks"],
-        cpus_per_task=1,
-        executable=config["dem"]["executable"],
         mem_mb=slurry_mb,
         runtime=dem_minutes,
     params:
@@ -74,12 +68,10 @@ rule run_slurry:
         work=work_of_dem,
         attempts=lambda wildcards: f"{RESULTS}/logs/run_slurry/{wildcards.slurry}",
     shell:
-        "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q}"
-        " --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
-        " --last-frame {params.last_frame} --work {params.work:q}"
+        "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q} --coefficients {input.coefficients:q}"
+        " --push-off {input.push_off:q} --last-frame {params.last_frame} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
         " --dump {output.dump:q} --restarts {params.restarts:q} --log {output.log:q} --thermo {output.thermo:q}"
-        " --run {output.run:q}"
-        " --cost {output.cost:q}"
+        " --run {output.run:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -13,8 +13,7 @@ OUTPUTS:
 rule wrap_slurry:
     """Wrap a prediction into its periodic box."""
     input:
-        script="scripts/hybrid/wrap_slurry.py",
-        modules=modules("scripts/hybrid/wrap_slurry.py"),
+        **code("hybrid/wrap_slurry"),
         predicted=rules.predict_slurry.output.predicted,
         inputs=rules.generate_inputs.output.inputs,
     output:
@@ -26,16 +25,15 @@ rule wrap_slurry:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --predicted {input.predicted:q} --inputs {input.inputs:q}"
-        " --wrapped {output.wrapped:q} --cost {output.cost:q}"
+        "python {input.script:q} --predicted {input.predicted:q} --inputs {input.inputs:q} --wrapped {output.wrapped:q}"
+        " --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule relax_slurry:
     """Push overlaps off and relax a prediction by a short DEM."""
     input:
-        script="scripts/hybrid/relax_slurry.py",
-        modules=modules("scripts/hybrid/relax_slurry.py"),
+        **code("hybrid/relax_slurry"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "relax"]),
         wrapped=rules.wrap_slurry.output.wrapped,
         predicted=rules.predict_slurry.output.predicted,
@@ -52,20 +50,16 @@ rule relax_slurry:
         "../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
     resources:
-        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
-        tasks=config["dem"]["ranks"],
-        cpus_per_task=1,
-        executable=config["dem"]["executable"],
+        **LAMMPS_JOB,
         mem_mb=slurry_mb,
         runtime=lambda wildcards, attempt: lammps_minutes(wildcards, relaxation(wildcards)["steps"], attempt),
     params:
         settings=lambda wildcards: section(relaxation(wildcards)),
         work=lambda wildcards: f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work{wildcards.steps}",
     shell:
-        "python {input.script:q} --wrapped {input.wrapped:q} --predicted {input.predicted:q}"
-        " --inputs {input.inputs:q} --coefficients {input.coefficients:q} --push-off {input.push_off:q}"
-        " --settings {params.settings:q} --work {params.work:q}"
-        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        "python {input.script:q} --wrapped {input.wrapped:q} --predicted {input.predicted:q} --inputs {input.inputs:q}"
+        " --coefficients {input.coefficients:q} --push-off {input.push_off:q} --settings {params.settings:q} --work"
+        " {params.work:q} --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --relaxed-data {output.data:q} --relaxed {output.relaxed:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 

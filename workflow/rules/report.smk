@@ -15,8 +15,7 @@ OUTPUTS:
 rule record_run:
     """Record the effective configuration, the command and the versions."""
     input:
-        script="scripts/report/record_run.py",
-        modules=modules("scripts/report/record_run.py"),
+        **code("report/record_run"),
     output:
         config=f"{RESULTS}/config.yaml",
         versions=f"{RESULTS}/versions.json",
@@ -35,16 +34,15 @@ rule record_run:
         kept=f"{RESULTS}/versions/{VERSIONS}.json",
     shell:
         "python {input.script:q} --effective {params.config:q} --made-with {params.made_with:q}"
-        " --command {resources.command:q} --config {output.config:q} --versions {output.versions:q}"
-        " --kept {params.kept:q}"
+        " --command {resources.command:q} --config {output.config:q} --versions {output.versions:q} --kept"
+        " {params.kept:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule draw_rules:
     """Write the graph of the rules."""
     input:
-        script="scripts/report/draw_rules.py",
-        modules=modules("scripts/report/draw_rules.py"),
+        **code("report/draw_rules"),
         snakefile="Snakefile",
         rules=sorted(map(str, Path("workflow/rules").rglob("*.smk"))),
         config=rules.record_run.output.config,
@@ -56,22 +54,16 @@ rule draw_rules:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --config {input.config:q} --rulegraph {output.rulegraph:q}" " 2>&1 | tee {log:q}"
+        "python {input.script:q} --config {input.config:q} --rulegraph {output.rulegraph:q} 2>&1 | tee {log:q}"
 
 
 rule plot_workflow:
     """Draw the graph of the rules."""
     input:
-        script="scripts/report/plot_workflow.py",
-        modules=modules("scripts/report/plot_workflow.py"),
+        **code("report/plot_workflow"),
         rulegraph=rules.draw_rules.output.rulegraph,
     output:
-        figure=report(
-            f"{RESULTS}/figures/workflow.png",
-            caption="../report/rules.rst",
-            category="Rules",
-            labels={"figure": "rules"},
-        ),
+        figure=reported("figures/workflow.png", "rules", "Rules", figure="rules"),
     log:
         f"{RESULTS}/logs/plot_workflow.log",
     localrule: True
@@ -86,17 +78,11 @@ rule plot_workflow:
 rule plot_densification:
     """Draw density against time."""
     input:
-        script="scripts/report/plot_densification.py",
-        modules=modules("scripts/report/plot_densification.py"),
+        **code("report/plot_densification"),
         thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/densification.png",
-            caption="../report/densification.rst",
-            category="DEM",
-            labels={"figure": "densification"},
-        ),
+        figure=reported("figures/densification.png", "densification", "DEM", figure="densification"),
     log:
         f"{RESULTS}/logs/plot_densification.log",
     localrule: True
@@ -108,23 +94,23 @@ rule plot_densification:
         frame_interval_us=FRAME_STEPS * config["dem"]["timestep_us"],
     shell:
         "python {input.script:q} --slurries {params.slurries:q} --thermo {input.thermo:q}"
-        " --equilibrium {input.equilibrium:q} --input-frames {params.input_frames}"
-        " --frame-interval-us {params.frame_interval_us} --figure {output.figure:q}"
+        " --equilibrium {input.equilibrium:q} --input-frames {params.input_frames} --frame-interval-us"
+        " {params.frame_interval_us} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_learning_curves:
     """Draw the learning curves of a network."""
     input:
-        script="scripts/report/plot_learning_curves.py",
-        modules=modules("scripts/report/plot_learning_curves.py"),
+        **code("report/plot_learning_curves"),
         history=f"{RESULTS}/models/{{surrogate}}/history.csv",
     output:
-        figure=report(
-            f"{RESULTS}/figures/learning_curves_{{surrogate}}.png",
-            caption="../report/learning_curves.rst",
-            category="Learning",
-            labels={"surrogate": "{surrogate}", "figure": "learning curves"},
+        figure=reported(
+            "figures/learning_curves_{surrogate}.png",
+            "learning_curves",
+            "Learning",
+            surrogate="{surrogate}",
+            figure="learning curves",
         ),
     log:
         f"{RESULTS}/logs/plot_learning_curves/{{surrogate}}.log",
@@ -135,23 +121,17 @@ rule plot_learning_curves:
         learns_from=lambda wildcards: MODULES[wildcards.surrogate].LEARNS_FROM,  # for the caption, as the next one
         weights_of=lambda wildcards: MODULES[wildcards.surrogate].WEIGHTS_OF,
     shell:
-        "python {input.script:q} --history {input.history:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
+        "python {input.script:q} --history {input.history:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
 
 
 rule plot_coordinates:
     """Draw predicted against true coordinates of a slurry."""
     input:
-        script="scripts/report/plot_coordinates.py",
-        modules=modules("scripts/report/plot_coordinates.py"),
+        **code("report/plot_coordinates"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, allow_missing=True),
         frames=rules.extract_frames.output.frames,
     output:
-        figure=report(
-            f"{RESULTS}/figures/coordinates_{{slurry}}.png",
-            caption="../report/coordinates.rst",
-            category="Coordinates",
-            labels={"slurry": "{slurry}"},
-        ),
+        figure=reported("figures/coordinates_{slurry}.png", "coordinates", "Coordinates", slurry="{slurry}"),
     log:
         f"{RESULTS}/logs/plot_coordinates/{{slurry}}.log",
     localrule: True
@@ -169,19 +149,15 @@ rule plot_coordinates:
 rule render_slurry:
     """Draw target, prediction and relaxed structure in 3D."""
     input:
-        script="scripts/report/render_slurry.py",
-        modules=modules("scripts/report/render_slurry.py"),
+        **code("report/render_slurry"),
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
         frames=lambda wildcards: (
             expand(rules.extract_frames.output.frames, slurry=wildcards.slurry) if wildcards.slurry in HELD_OUT else []
         ),
     output:
-        figure=report(
-            f"{RESULTS}/figures/slurry_{{surrogate}}_{{slurry}}.png",
-            caption="../report/slurry.rst",
-            category="Pictures",
-            labels={"surrogate": "{surrogate}", "slurry": "{slurry}"},
+        figure=reported(
+            "figures/slurry_{surrogate}_{slurry}.png", "slurry", "Pictures", surrogate="{surrogate}", slurry="{slurry}"
         ),
     log:
         f"{RESULTS}/logs/render_slurry/{{surrogate}}/{{slurry}}.log",
@@ -203,16 +179,10 @@ rule render_slurry:
 rule plot_density:
     """Draw the final density of DEM and hybrid chain."""
     input:
-        script="scripts/report/plot_density.py",
-        modules=modules("scripts/report/plot_density.py"),
+        **code("report/plot_density"),
         density=rules.measure_density.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/density.png",
-            caption="../report/density.rst",
-            category="Density",
-            labels={"figure": "density and volume"},
-        ),
+        figure=reported("figures/density.png", "density", "Density", figure="density and volume"),
     log:
         f"{RESULTS}/logs/plot_density.log",
     localrule: True
@@ -222,25 +192,19 @@ rule plot_density:
         surrogates=SURROGATES,
         slurries=PREDICTED,
     shell:
-        "python {input.script:q} --density {input.density:q} --surrogates {params.surrogates:q}"
-        " --slurries {params.slurries:q} --figure {output.figure:q}"
+        "python {input.script:q} --density {input.density:q} --surrogates {params.surrogates:q} --slurries"
+        " {params.slurries:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_rdf:
     """Draw the radial distribution functions."""
     input:
-        script="scripts/report/plot_rdf.py",
-        modules=modules("scripts/report/plot_rdf.py"),
+        **code("report/plot_rdf"),
         rdf=expand(rules.compute_rdf.output.rdf, surrogate=SURROGATES, slurry=PREDICTED),
         rdf_errors=rules.compare_rdf.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/rdf.png",
-            caption="../report/rdf.rst",
-            category="Structure",
-            labels={"figure": "radial distribution functions"},
-        ),
+        figure=reported("figures/rdf.png", "rdf", "Structure", figure="radial distribution functions"),
     log:
         f"{RESULTS}/logs/plot_rdf.log",
     localrule: True
@@ -258,16 +222,10 @@ rule plot_rdf:
 rule plot_costs:
     """Draw the wall time of the hybrid chain and of the DEM."""
     input:
-        script="scripts/report/plot_costs.py",
-        modules=modules("scripts/report/plot_costs.py"),
+        **code("report/plot_costs"),
         speedup=rules.compare_costs.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/costs.png",
-            caption="../report/costs.rst",
-            category="Cost",
-            labels={"figure": "cost"},
-        ),
+        figure=reported("figures/costs.png", "costs", "Cost", figure="cost"),
     log:
         f"{RESULTS}/logs/plot_costs.log",
     localrule: True
@@ -284,8 +242,7 @@ rule plot_costs:
 rule write_report:
     """Write the report of the main job as one HTML page."""
     input:
-        script="scripts/report/write_report.py",
-        modules=modules("scripts/report/write_report.py"),
+        **code("report/write_report"),
         template="scripts/slurrycast/report/report.html.jinja",
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,
@@ -311,7 +268,7 @@ rule write_report:
             rules.plot_costs.output.figure,
         ],
     output:
-        report=report(f"{RESULTS}/report.html", caption="../report/report.rst", category="Report"),
+        report=reported("report.html", "report", "Report"),
     log:
         f"{RESULTS}/logs/write_report.log",
     localrule: True
@@ -328,17 +285,15 @@ rule write_report:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
         " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
-        " --speedup {input.speedup:q} {params.training_range:q}"
-        " --surrogates {params.surrogates:q} --models {params.models:q} --histories {params.histories:q}"
-        " --figures {input.figures:q} --report {output.report:q}"
+        " --speedup {input.speedup:q} {params.training_range:q} --surrogates {params.surrogates:q} --models"
+        " {params.models:q} --histories {params.histories:q} --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule write_evaluation:
     """Write the evaluation as one HTML page."""
     input:
-        script="scripts/evaluation/write_evaluation.py",
-        modules=modules("scripts/evaluation/write_evaluation.py"),
+        **code("evaluation/write_evaluation"),
         template="scripts/slurrycast/report/report.html.jinja",
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,
@@ -359,7 +314,7 @@ rule write_evaluation:
             *([rules.plot_uncertainty.output.figure] if SPREADING else []),
         ],
     output:
-        page=report(f"{RESULTS}/evaluation.html", caption="../report/evaluation.rst", category="Report"),
+        page=reported("evaluation.html", "evaluation", "Report"),
     log:
         f"{RESULTS}/logs/write_evaluation.log",
     localrule: True
@@ -378,10 +333,10 @@ rule write_evaluation:
             for word in (f"--{name}", input[name])
         ],
     shell:
-        "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
-        " --density-tolerance {params.density_tolerance} --rdf-tolerance {params.rdf_tolerance} --relaxed-for {params.relaxed_for:q}"
-        " --equilibrium {input.equilibrium:q}"
-        " --skill {input.skill:q} --noise {input.noise:q} --structure-errors {input.structure_errors:q}"
-        " --front {input.front:q} --equal-cost {input.equal_cost:q} --cost-scaling {input.cost_scaling:q}"
-        " --article-costs {input.article_costs:q} {params.optional:q} --figures {input.figures:q} --page {output.page:q}"
+        "python {input.script:q} --run {params.run:q} --networks {params.networks:q} --density-tolerance"
+        " {params.density_tolerance} --rdf-tolerance {params.rdf_tolerance} --relaxed-for {params.relaxed_for:q}"
+        " --equilibrium {input.equilibrium:q} --skill {input.skill:q} --noise {input.noise:q}"
+        " --structure-errors {input.structure_errors:q} --front {input.front:q} --equal-cost {input.equal_cost:q}"
+        " --cost-scaling {input.cost_scaling:q} --article-costs {input.article_costs:q} {params.optional:q}"
+        " --figures {input.figures:q} --page {output.page:q}"
         " 2>&1 | tee {log:q}"

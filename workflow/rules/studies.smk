@@ -18,18 +18,12 @@ if HAS_ABLATION:
     rule tabulate_ablation:
         """Compare networks that differ from vgg16_box in one step."""
         input:
-            script="scripts/studies/tabulate_ablation.py",
-            modules=modules("scripts/studies/tabulate_ablation.py"),
+            **code("studies/tabulate_ablation"),
             histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=ABLATION),
             dataset=rules.assemble_dataset.output.dataset,
             skill=rules.compute_skill.output.table,
         output:
-            table=report(
-                f"{RESULTS}/tables/ablation.csv",
-                caption="../report/ablation.rst",
-                category="Evaluation",
-                labels={"table": "ablation"},
-            ),
+            table=reported("tables/ablation.csv", "ablation", "Evaluation", table="ablation"),
         log:
             f"{RESULTS}/logs/tabulate_ablation.log",
         conda:
@@ -39,16 +33,14 @@ if HAS_ABLATION:
             roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
         shell:
             "python {input.script:q} --surrogates {params.surrogates:q} --histories {input.histories:q}"
-            " --dataset {input.dataset:q} --skill {input.skill:q} --roles {params.roles:q}"
-            " --table {output.table:q}"
+            " --dataset {input.dataset:q} --skill {input.skill:q} --roles {params.roles:q} --table {output.table:q}"
             " 2>&1 | tee {log:q}"
 
 
 rule compare_timesteps:
     """Compare DEM runs of several time steps and seeds."""
     input:
-        script="scripts/studies/compare_timesteps.py",
-        modules=modules("scripts/studies/compare_timesteps.py"),
+        **code("studies/compare_timesteps"),
         runs=lambda wildcards: expand(rules.run_slurry.output.run, slurry=timestep_runs()),
         thermo=lambda wildcards: expand(rules.run_slurry.output.thermo, slurry=timestep_runs()),
         structure=lambda wildcards: expand(
@@ -56,18 +48,8 @@ rule compare_timesteps:
         ),
         rdf=lambda wildcards: expand(rules.measure_structure.output.rdf, source="dem", slurry=timestep_runs()),
     output:
-        runs=report(
-            f"{RESULTS}/tables/timestep.csv",
-            caption="../report/timestep.rst",
-            category="Convergence",
-            labels={"table": "runs"},
-        ),
-        summary=report(
-            f"{RESULTS}/tables/timestep_summary.csv",
-            caption="../report/timestep_summary.rst",
-            category="Convergence",
-            labels={"table": "time steps"},
-        ),
+        runs=reported("tables/timestep.csv", "timestep", "Convergence", table="runs"),
+        summary=reported("tables/timestep_summary.csv", "timestep_summary", "Convergence", table="time steps"),
     log:
         f"{RESULTS}/logs/compare_timesteps.log",
     localrule: True
@@ -76,28 +58,21 @@ rule compare_timesteps:
     params:
         max_density_difference=config["convergence"]["max_density_difference"],
     shell:
-        "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
-        " --structure {input.structure:q} --rdf {input.rdf:q}"
-        " --max-density-difference {params.max_density_difference}"
-        " --runs {output.runs:q} --summary {output.summary:q}"
+        "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q} --structure {input.structure:q}"
+        " --rdf {input.rdf:q} --max-density-difference {params.max_density_difference} --runs {output.runs:q}"
+        " --summary {output.summary:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_timesteps:
     """Draw the end of the DEM against its time step."""
     input:
-        script="scripts/studies/plot_timesteps.py",
-        modules=modules("scripts/studies/plot_timesteps.py"),
+        **code("studies/plot_timesteps"),
         runs=rules.compare_timesteps.output.runs,
         summary=rules.compare_timesteps.output.summary,
         equilibrium=rules.measure_equilibrium.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/timesteps.png",
-            caption="../report/timesteps.rst",
-            category="Convergence",
-            labels={"figure": "time steps"},
-        ),
+        figure=reported("figures/timesteps.png", "timesteps", "Convergence", figure="time steps"),
     log:
         f"{RESULTS}/logs/plot_timesteps.log",
     localrule: True
@@ -114,8 +89,7 @@ rule plot_timesteps:
 rule compare_sizes:
     """Compare volume errors and barostat clocks of slurries of several sizes."""
     input:
-        script="scripts/studies/compare_sizes.py",
-        modules=modules("scripts/studies/compare_sizes.py"),
+        **code("studies/compare_sizes"),
         frames=expand(rules.extract_frames.output.frames, slurry=TRAINING + HELD_OUT),
         runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
         thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
@@ -123,18 +97,8 @@ rule compare_sizes:
         relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=HELD_OUT),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
-        table=report(
-            f"{RESULTS}/tables/size_errors.csv",
-            caption="../report/size_errors.rst",
-            category="Size",
-            labels={"table": "volume errors"},
-        ),
-        clock=report(
-            f"{RESULTS}/tables/size_clock.csv",
-            caption="../report/size_clock.rst",
-            category="Size",
-            labels={"table": "clock of the barostat"},
-        ),
+        table=reported("tables/size_errors.csv", "size_errors", "Size", table="volume errors"),
+        clock=reported("tables/size_clock.csv", "size_clock", "Size", table="clock of the barostat"),
     log:
         f"{RESULTS}/logs/compare_sizes.log",
     localrule: True
@@ -146,24 +110,18 @@ rule compare_sizes:
     shell:
         "python {input.script:q} --frames {input.frames:q} --run-json {input.runs:q} --thermo {input.thermo:q}"
         " --predicted {input.predicted:q} --relaxed {input.relaxed:q} --equilibrium {input.equilibrium:q}"
-        " --last-input-frame {params.last_input_frame} --target-frame {params.target_frame}"
-        " --table {output.table:q} --clock {output.clock:q}"
+        " --last-input-frame {params.last_input_frame} --target-frame {params.target_frame} --table {output.table:q}"
+        " --clock {output.clock:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_sizes:
     """Draw the volume error against the number of particles."""
     input:
-        script="scripts/studies/plot_sizes.py",
-        modules=modules("scripts/studies/plot_sizes.py"),
+        **code("studies/plot_sizes"),
         table=rules.compare_sizes.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/sizes.png",
-            caption="../report/size_figure.rst",
-            category="Size",
-            labels={"figure": "volume error against size"},
-        ),
+        figure=reported("figures/sizes.png", "size_figure", "Size", figure="volume error against size"),
     log:
         f"{RESULTS}/logs/plot_sizes.log",
     localrule: True

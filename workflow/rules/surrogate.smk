@@ -17,8 +17,7 @@ if TRAINING_NEEDED:
         """Train a neural network."""
         input:
             unpack(learned_from),
-            script="scripts/surrogate/train_surrogate.py",
-            modules=lambda wildcards: modules("scripts/surrogate/train_surrogate.py", LABELS[wildcards.surrogate].name),
+            **code("surrogate/train_surrogate", loads_surrogate=True),
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
@@ -46,8 +45,7 @@ if TRAINING_NEEDED:
     rule fit_surrogate:
         """Fit a surrogate that is not a neural network."""
         input:
-            script="scripts/surrogate/fit_surrogate.py",
-            modules=lambda wildcards: modules("scripts/surrogate/fit_surrogate.py", LABELS[wildcards.surrogate].name),
+            **code("surrogate/fit_surrogate", loads_surrogate=True),
             dataset=rules.assemble_dataset.output.dataset,
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.json",
@@ -70,8 +68,7 @@ else:
     rule adopt_model:
         """Use a network that was trained elsewhere."""
         input:
-            script="scripts/surrogate/adopt_model.py",
-            modules=modules("scripts/surrogate/adopt_model.py"),
+            **code("surrogate/adopt_model"),
             model=config["surrogate"]["model"],
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
@@ -94,8 +91,7 @@ else:
 rule predict_slurry:
     """Predict the target frame of a slurry from its input frames."""
     input:
-        script="scripts/surrogate/predict_slurry.py",
-        modules=lambda wildcards: modules("scripts/surrogate/predict_slurry.py", LABELS[wildcards.surrogate].name),
+        **code("surrogate/predict_slurry", loads_surrogate=True),
         frames=rules.extract_frames.output.frames,
         # what only some surrogates need
         model=lambda wildcards: model_of(wildcards.surrogate),

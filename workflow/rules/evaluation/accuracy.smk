@@ -16,18 +16,12 @@ OUTPUTS:
 rule compute_skill:
     """Compute the skill of each prediction, between the affine map and the noise of the DEM."""
     input:
-        script="scripts/evaluation/compute_skill.py",
-        modules=modules("scripts/evaluation/compute_skill.py"),
+        **code("evaluation/compute_skill"),
         predicted=expand(rules.predict_slurry.output.predicted, surrogate=EVALUATED, slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(EVALUATED)),
         noise=rules.measure_noise.output.table,
     output:
-        table=report(
-            f"{RESULTS}/tables/skill.csv",
-            caption="../../report/skill.rst",
-            category="Evaluation",
-            labels={"table": "skill"},
-        ),
+        table=reported("tables/skill.csv", "skill", "Evaluation", table="skill"),
     log:
         f"{RESULTS}/logs/compute_skill.log",
     localrule: True
@@ -44,8 +38,7 @@ rule compute_skill:
 rule compare_structure:
     """Compare the structure of predictions with that of the DEM and its noise."""
     input:
-        script="scripts/evaluation/compare_structure.py",
-        modules=modules("scripts/evaluation/compare_structure.py"),
+        **code("evaluation/compare_structure"),
         structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=HELD_OUT),
         rdf=expand(rules.measure_structure.output.rdf, source=EVALUATED, slurry=HELD_OUT),
         dem_structure=expand(rules.measure_structure.output.structure, source="dem", slurry=HELD_OUT),
@@ -53,12 +46,7 @@ rule compare_structure:
         noise=rules.measure_noise.output.table,
         replica_rdf=rules.measure_noise.input.rdf,
     output:
-        table=report(
-            f"{RESULTS}/tables/structure_errors.csv",
-            caption="../../report/structure_errors.rst",
-            category="Evaluation",
-            labels={"table": "structural errors"},
-        ),
+        table=reported("tables/structure_errors.csv", "structure_errors", "Evaluation", table="structural errors"),
     log:
         f"{RESULTS}/logs/compare_structure.log",
     localrule: True
@@ -67,16 +55,14 @@ rule compare_structure:
     shell:
         "python {input.script:q} --structure {input.structure:q} --rdf {input.rdf:q}"
         " --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q} --noise {input.noise:q}"
-        " --replica-rdf {input.replica_rdf:q}"
-        " --table {output.table:q}"
+        " --replica-rdf {input.replica_rdf:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule compare_relaxation:
     """Compare relaxations of several lengths."""
     input:
-        script="scripts/evaluation/compare_relaxation.py",
-        modules=modules("scripts/evaluation/compare_relaxation.py"),
+        **code("evaluation/compare_relaxation"),
         relaxed=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.relaxed),
         costs=lambda wildcards: relaxed_for_steps(rules.relax_slurry.output.cost),
         structure=expand(rules.measure_structure.output.structure, source=EVALUATED, slurry=with_role("validation")),
@@ -85,12 +71,7 @@ rule compare_relaxation:
         noise=rules.measure_noise.output.table,
         replica_rdf=rules.measure_noise.input.rdf,
     output:
-        table=report(
-            f"{RESULTS}/tables/relaxation.csv",
-            caption="../../report/relaxation.rst",
-            category="Evaluation",
-            labels={"table": "length of the relaxation"},
-        ),
+        table=reported("tables/relaxation.csv", "relaxation", "Evaluation", table="length of the relaxation"),
     log:
         f"{RESULTS}/logs/compare_relaxation.log",
     conda:
@@ -108,46 +89,34 @@ rule compare_relaxation:
     shell:
         "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
         " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
-        " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um}"
-        " --bins {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q}"
+        " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um} --bins"
+        " {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_skill:
     """Draw the skill of each surrogate."""
     input:
-        script="scripts/evaluation/plot_skill.py",
-        modules=modules("scripts/evaluation/plot_skill.py"),
+        **code("evaluation/plot_skill"),
         skill=rules.compute_skill.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/skill.png",
-            caption="../../report/skill_figure.rst",
-            category="Evaluation",
-            labels={"figure": "skill"},
-        ),
+        figure=reported("figures/skill.png", "skill_figure", "Evaluation", figure="skill"),
     log:
         f"{RESULTS}/logs/plot_skill.log",
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --skill {input.skill:q} --figure {output.figure:q}" " 2>&1 | tee {log:q}"
+        "python {input.script:q} --skill {input.skill:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
 
 
 rule plot_structure:
     """Draw structural errors in units of the noise."""
     input:
-        script="scripts/evaluation/plot_structure.py",
-        modules=modules("scripts/evaluation/plot_structure.py"),
+        **code("evaluation/plot_structure"),
         structure_errors=rules.compare_structure.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/structure.png",
-            caption="../../report/structure_figure.rst",
-            category="Evaluation",
-            labels={"figure": "structural errors"},
-        ),
+        figure=reported("figures/structure.png", "structure_figure", "Evaluation", figure="structural errors"),
     log:
         f"{RESULTS}/logs/plot_structure.log",
     localrule: True
@@ -164,16 +133,10 @@ rule plot_structure:
 rule plot_relaxation:
     """Draw error against the length of the relaxation."""
     input:
-        script="scripts/evaluation/plot_relaxation.py",
-        modules=modules("scripts/evaluation/plot_relaxation.py"),
+        **code("evaluation/plot_relaxation"),
         relaxation=rules.compare_relaxation.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/relaxation.png",
-            caption="../../report/relaxation_figure.rst",
-            category="Evaluation",
-            labels={"figure": "length of the relaxation"},
-        ),
+        figure=reported("figures/relaxation.png", "relaxation_figure", "Evaluation", figure="length of the relaxation"),
     log:
         f"{RESULTS}/logs/plot_relaxation.log",
     localrule: True
@@ -182,5 +145,6 @@ rule plot_relaxation:
     params:
         rdf_tolerance=config["evaluation"]["rdf_tolerance"],
     shell:
-        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-tolerance {params.rdf_tolerance} --figure {output.figure:q}"
+        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-tolerance {params.rdf_tolerance}"
+        " --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"

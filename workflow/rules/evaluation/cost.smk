@@ -13,8 +13,7 @@ OUTPUTS:
 rule compute_front:
     """Compute error against cost of each surrogate."""
     input:
-        script="scripts/evaluation/compute_front.py",
-        modules=modules("scripts/evaluation/compute_front.py"),
+        **code("evaluation/compute_front"),
         costs=[
             *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
             *expand(
@@ -27,12 +26,7 @@ rule compute_front:
         runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
         structure_errors=rules.compare_structure.output.table,
     output:
-        table=report(
-            f"{RESULTS}/tables/front.csv",
-            caption="../../report/front.rst",
-            category="Evaluation",
-            labels={"table": "error against cost"},
-        ),
+        table=reported("tables/front.csv", "front", "Evaluation", table="error against cost"),
     log:
         f"{RESULTS}/logs/compute_front.log",
     localrule: True
@@ -49,17 +43,11 @@ rule compute_front:
 rule compare_at_equal_cost:
     """Compare each surrogate with early_dem at equal cost."""
     input:
-        script="scripts/evaluation/compare_at_equal_cost.py",
-        modules=modules("scripts/evaluation/compare_at_equal_cost.py"),
+        **code("evaluation/compare_at_equal_cost"),
         front=rules.compute_front.output.table,
         skill=rules.compute_skill.output.table,
     output:
-        table=report(
-            f"{RESULTS}/tables/equal_cost.csv",
-            caption="../../report/equal_cost.rst",
-            category="Evaluation",
-            labels={"table": "early DEM at equal cost"},
-        ),
+        table=reported("tables/equal_cost.csv", "equal_cost", "Evaluation", table="early DEM at equal cost"),
     log:
         f"{RESULTS}/logs/compare_at_equal_cost.log",
     localrule: True
@@ -73,8 +61,7 @@ rule compare_at_equal_cost:
 rule fit_costs:
     """Fit how cost grows with the number of particles, and when training pays back."""
     input:
-        script="scripts/evaluation/fit_costs.py",
-        modules=modules("scripts/evaluation/fit_costs.py"),
+        **code("evaluation/fit_costs"),
         costs=[
             *rules.compute_front.input.costs,
             *expand(
@@ -99,12 +86,7 @@ rule fit_costs:
         equilibrium=rules.measure_equilibrium.output.table,
         runs=expand(rules.run_slurry.output.run, slurry=HELD_OUT),
     output:
-        table=report(
-            f"{RESULTS}/tables/cost_scaling.csv",
-            caption="../../report/cost_scaling.rst",
-            category="Evaluation",
-            labels={"table": "cost against size, and training"},
-        ),
+        table=reported("tables/cost_scaling.csv", "cost_scaling", "Evaluation", table="cost against size, and training"),
     log:
         f"{RESULTS}/logs/fit_costs.log",
     localrule: True
@@ -126,16 +108,12 @@ rule fit_costs:
 rule compare_article_costs:
     """Compare the cost with that of the reference article."""
     input:
-        script="scripts/evaluation/compare_article_costs.py",
-        modules=modules("scripts/evaluation/compare_article_costs.py"),
+        **code("evaluation/compare_article_costs"),
         speedup=rules.compare_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
     output:
-        table=report(
-            f"{RESULTS}/tables/article_costs.csv",
-            caption="../../report/article_costs.rst",
-            category="Evaluation",
-            labels={"table": "cost as the reference article claims it"},
+        table=reported(
+            "tables/article_costs.csv", "article_costs", "Evaluation", table="cost as the reference article claims it"
         ),
     log:
         f"{RESULTS}/logs/compare_article_costs.log",
@@ -143,27 +121,22 @@ rule compare_article_costs:
     conda:
         "../../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --speedup {input.speedup:q} --equilibrium {input.equilibrium:q} --table {output.table:q}"
+        "python {input.script:q} --speedup {input.speedup:q} --equilibrium {input.equilibrium:q}"
+        " --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
 rule plot_front:
     """Draw error against cost."""
     input:
-        script="scripts/evaluation/plot_front.py",
-        modules=modules("scripts/evaluation/plot_front.py"),
+        **code("evaluation/plot_front"),
         front=rules.compute_front.output.table,
         skill=rules.compute_skill.output.table,
         structure_errors=rules.compare_structure.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         speedup=rules.compare_costs.output.table,
     output:
-        figure=report(
-            f"{RESULTS}/figures/front.png",
-            caption="../../report/front_figure.rst",
-            category="Evaluation",
-            labels={"figure": "error against cost"},
-        ),
+        figure=reported("figures/front.png", "front_figure", "Evaluation", figure="error against cost"),
     log:
         f"{RESULTS}/logs/plot_front.log",
     localrule: True
@@ -171,6 +144,6 @@ rule plot_front:
         "../../../envs/analysis.yaml"
     shell:
         "python {input.script:q} --front {input.front:q} --skill {input.skill:q}"
-        " --structure-errors {input.structure_errors:q}"
-        " --equilibrium {input.equilibrium:q} --speedup {input.speedup:q} --figure {output.figure:q}"
+        " --structure-errors {input.structure_errors:q} --equilibrium {input.equilibrium:q} --speedup {input.speedup:q}"
+        " --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"

@@ -16,8 +16,7 @@ OUTPUTS:
 rule run_perturbed:
     """Run the DEM again from the last input frame with slightly displaced particles."""
     input:
-        script="scripts/evaluation/run_perturbed.py",
-        modules=modules("scripts/evaluation/run_perturbed.py"),
+        **code("evaluation/run_perturbed"),
         lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
         run=rules.run_slurry.output.run,
         frames=rules.extract_frames.output.frames,
@@ -31,13 +30,9 @@ rule run_perturbed:
     conda:
         "../../../envs/dem.yaml"
     threads: config["dem"]["ranks"]
-    # How LAMMPS is started stands among the resources, as in run_slurry.
     resources:
+        **LAMMPS_JOB,
         budgeted=int(BUDGETED),
-        mpi=config["dem"]["launcher"] if config["dem"]["ranks"] > 1 else "",  # Slurm wants no launcher for one task
-        tasks=config["dem"]["ranks"],
-        cpus_per_task=1,
-        executable=config["dem"]["executable"],
         mem_mb=slurry_mb,
         runtime=dem_minutes,
     params:
@@ -60,8 +55,7 @@ rule measure_structure:
     """Measure contacts, overlaps and RDF of a structure from the DEM or a surrogate."""
     input:
         unpack(structure_options),
-        script="scripts/evaluation/measure_structure.py",
-        modules=modules("scripts/evaluation/measure_structure.py"),
+        **code("evaluation/measure_structure"),
     output:
         structure=f"{RESULTS}/structure/{{source}}/{{slurry}}.csv",
         rdf=f"{RESULTS}/structure/{{source}}/{{slurry}}_rdf.csv",
@@ -89,19 +83,13 @@ rule measure_structure:
 rule measure_noise:
     """Measure how far replicas and perturbed runs of the DEM differ."""
     input:
-        script="scripts/evaluation/measure_noise.py",
-        modules=modules("scripts/evaluation/measure_noise.py"),
+        **code("evaluation/measure_noise"),
         structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
         rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
         perturbed=lambda wildcards: expand(rules.run_perturbed.output.perturbed, slurry=replicated()),
         frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=replicated()),
     output:
-        table=report(
-            f"{RESULTS}/tables/noise.csv",
-            caption="../../report/noise.rst",
-            category="Evaluation",
-            labels={"table": "noise of the DEM"},
-        ),
+        table=reported("tables/noise.csv", "noise", "Evaluation", table="noise of the DEM"),
     log:
         f"{RESULTS}/logs/measure_noise.log",
     localrule: True

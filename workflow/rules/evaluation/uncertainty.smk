@@ -15,12 +15,11 @@ if SPREADING:
     rule calibrate_spread:
         """Calibrate the spread of a surrogate on the validation slurries."""
         input:
-            script="scripts/evaluation/calibrate_spread.py",
-            modules=modules("scripts/evaluation/calibrate_spread.py"),
+            **code("evaluation/calibrate_spread"),
             predicted=lambda wildcards: expand(
-                rules.predict_slurry.output.predicted, surrogate=wildcards.surrogate, slurry=calibrated_on()
+                rules.predict_slurry.output.predicted, surrogate=wildcards.surrogate, slurry=calibration_slurries()
             ),
-            frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=calibrated_on()),
+            frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=calibration_slurries()),
         output:
             calibration=f"{RESULTS}/models/{{surrogate}}/calibration.json",
         log:
@@ -40,18 +39,12 @@ if SPREADING:
     rule measure_uncertainty:
         """Measure how far calibrated intervals cover the errors."""
         input:
-            script="scripts/evaluation/measure_uncertainty.py",
-            modules=modules("scripts/evaluation/measure_uncertainty.py"),
+            **code("evaluation/measure_uncertainty"),
             predicted=expand(rules.predict_slurry.output.predicted, surrogate=SPREADING, slurry=HELD_OUT),
             frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SPREADING)),
             calibrations=expand(rules.calibrate_spread.output.calibration, surrogate=SPREADING),
         output:
-            table=report(
-                f"{RESULTS}/tables/uncertainty.csv",
-                caption="../../report/uncertainty.rst",
-                category="Evaluation",
-                labels={"table": "uncertainty"},
-            ),
+            table=reported("tables/uncertainty.csv", "uncertainty", "Evaluation", table="uncertainty"),
         log:
             f"{RESULTS}/logs/measure_uncertainty.log",
         localrule: True
@@ -69,18 +62,12 @@ if SPREADING:
     rule plot_uncertainty:
         """Draw coverage of the intervals, and error against spread."""
         input:
-            script="scripts/evaluation/plot_uncertainty.py",
-            modules=modules("scripts/evaluation/plot_uncertainty.py"),
+            **code("evaluation/plot_uncertainty"),
             predicted=rules.measure_uncertainty.input.predicted,
             frames=rules.measure_uncertainty.input.frames,
             uncertainty=rules.measure_uncertainty.output.table,
         output:
-            figure=report(
-                f"{RESULTS}/figures/uncertainty.png",
-                caption="../../report/uncertainty_figure.rst",
-                category="Evaluation",
-                labels={"figure": "uncertainty"},
-            ),
+            figure=reported("figures/uncertainty.png", "uncertainty_figure", "Evaluation", figure="uncertainty"),
         log:
             f"{RESULTS}/logs/plot_uncertainty.log",
         localrule: True
