@@ -21,7 +21,7 @@ import pandas as pd
 
 from slurrycast.analysis.training_range import State, compare_with_training, state
 from slurrycast.data.frames import read_frames
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
@@ -36,10 +36,8 @@ def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--training", type=input_file, nargs="+", required=True, help="in: DEM frames of slurries to learn from"
-    )
-    parser.add_argument("--predicted", type=input_file, nargs="+", required=True, help="in: DEM frames of the others")
+    parser.add_input("--training", "DEM frames of slurries to learn from", nargs="+")
+    parser.add_input("--predicted", "DEM frames of the others", nargs="+")
     parser.add_argument("--roles", nargs="+", required=True, help="role of each of --predicted, in order")
     parser.add_argument("--last-input-frame", type=int, required=True, help="number of the frame that is looked at")
     parser.add_argument(
@@ -47,8 +45,8 @@ def parse_args() -> argparse.Namespace:
         type=int,
         help="number of the frame from which on the density was seen (default: the last)",
     )
-    parser.add_argument("--table", type=Path, required=True, help="out: table of slurries and quantities (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_output("--table", "table of slurries and quantities (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "roles")
     if args.first_frame_seen is None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast.evaluation.speedup import dem_seconds
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import Cost, read_cost
 from slurrycast.runtime.files import InputError, write_text
 
@@ -35,12 +35,10 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--costs", type=input_file, nargs="+", required=True, help="in: cost records of all jobs (JSON)"
-    )
-    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every DEM run")
+    parser.add_input("--costs", "cost records of all jobs (JSON)", nargs="+")
+    parser.add_input("--run-json", "run.json of every DEM run", nargs="+")
     parser.add_argument("--input-steps", type=int, required=True, help="DEM step of the last input frame")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of costs (CSV)")
+    parser.add_output("--table", "table of costs (CSV)")
     return parser.parse_args()
 
 

@@ -6,7 +6,6 @@ coordinates less their mean, and the same with suffix _true_box for the predicti
 """
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -42,8 +41,8 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_predictions(required=False)
-    parser.add_argument("--table", type=Path, required=True, help="out: table of errors (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_output("--table", "table of errors (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args

@@ -10,22 +10,21 @@ the start-up of LAMMPS count on both sides; of the extraction of frames, only th
 
 import argparse
 import json
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.speedup import compare_costs, label_and_steps
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--cost-table", type=input_file, required=True, help="in: tables/cost.csv")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of every slurry")
+    parser.add_input("--cost-table", "tables/cost.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
     parser.add_argument(
         "--input-steps",
         nargs="+",
@@ -34,7 +33,7 @@ def parse_args() -> argparse.Namespace:
         metavar="LABEL=STEPS",
         help="DEM step of the last input frame of every surrogate",
     )
-    parser.add_argument("--table", type=Path, required=True, help="out: table of both clocks (CSV)")
+    parser.add_output("--table", "table of both clocks (CSV)")
     return parser.parse_args()
 
 

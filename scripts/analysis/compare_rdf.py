@@ -12,7 +12,7 @@ import pandas as pd
 
 from slurrycast.analysis.rdf import mean_absolute_difference
 from slurrycast.data.tables import read_table
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
@@ -41,15 +41,9 @@ def difference_rows(path: Path) -> list[dict]:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--rdf",
-        type=input_file,
-        nargs="*",
-        default=[],
-        help="in: curves of slurries with a target (CSV), none where all are new",
-    )
-    parser.add_argument("--table", type=Path, required=True, help="out: table of differences (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_input("--rdf", "curves of slurries with a target (CSV), none where all are new", nargs="*")
+    parser.add_output("--table", "table of differences (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     return parser.parse_args()
 
 

@@ -8,14 +8,13 @@ cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the box
 
 import argparse
 import contextlib
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
 from slurrycast.data.frames import FrameStore, Particles, read_frames
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
@@ -54,15 +53,15 @@ def rdf_table(
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the slurry (HDF5)")
-    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted structure (HDF5)")
-    parser.add_argument("--relaxed", type=input_file, required=True, help="in: relaxed structure (HDF5)")
+    parser.add_input("--frames", "DEM frames of the slurry (HDF5)")
+    parser.add_input("--predicted", "predicted structure (HDF5)")
+    parser.add_input("--relaxed", "relaxed structure (HDF5)")
     parser.add_argument("--target-frame", type=int, help="number of the DEM frame to compare with; omit if it has none")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
     parser.add_argument("--pair", nargs=2, required=True, metavar="PHASE", help="two phases, beside all particles")
-    parser.add_argument("--rdf", type=Path, required=True, help="out: curves (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_output("--rdf", "curves (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     return parser.parse_args()
 
 

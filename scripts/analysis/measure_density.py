@@ -6,12 +6,11 @@ periodic box with all its particles; the surrogate of DEM rows is `-`.
 """
 
 import argparse
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
@@ -30,17 +29,15 @@ def density_row(store: FrameStore, frame: int, surrogate: str, model: str) -> di
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
+    parser.add_input(
         "--frames",
-        type=input_file,
+        "DEM frames of slurries run to the end (HDF5), none where all are new",
         nargs="*",
-        default=[],
-        help="in: DEM frames of slurries run to the end (HDF5), none where all are new",
     )
-    parser.add_argument("--relaxed", type=input_file, nargs="+", required=True, help="in: relaxed structures (HDF5)")
+    parser.add_input("--relaxed", "relaxed structures (HDF5)", nargs="+")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of densities and volumes (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_output("--table", "table of densities and volumes (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     return parser.parse_args()
 
 

@@ -9,13 +9,12 @@ input frame (role new), and so is the warning.
 import argparse
 import json
 import sys
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.tables import read_table
 from slurrycast.dem.equilibrium import equilibrium
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
@@ -51,14 +50,12 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every slurry")
-    parser.add_argument(
-        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
-    )
+    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
+    parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
     parser.add_argument("--roles", nargs="+", required=True, help="train, validation, test or new; in the same order")
     parser.add_argument("--max-density-drift", type=float, required=True, help="relative drift above which to warn")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of all slurries (CSV)")
-    parser.add_argument("--cost", type=Path, required=True, help="out: cost record (JSON)")
+    parser.add_output("--table", "table of all slurries (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     args = parser.parse_args()
     if not len(args.run_json) == len(args.thermo) == len(args.roles):
         parser.error("--run-json, --thermo and --roles: as many of each are needed")

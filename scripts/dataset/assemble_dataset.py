@@ -12,22 +12,20 @@ import numpy as np
 from slurrycast.data.dataset import TrainingSet, split, write_training_set
 from slurrycast.data.features import FEATURE_NAMES, particle_history
 from slurrycast.data.frames import read_frames
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--frames", type=input_file, required=True, nargs="+", help="in: frame stores of the training slurries"
-    )
+    parser.add_input("--frames", "frame stores of the training slurries", nargs="+")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
     parser.add_argument("--target-frame", required=True, type=int, help="frame number of the target")
     parser.add_argument("--validation-share", required=True, type=float, help="share of the particles, 0 to 1")
     parser.add_argument("--seed", required=True, type=int, help="seed of the split")
-    parser.add_argument("--dataset", required=True, help="out: data set, HDF5")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_output("--dataset", "data set, HDF5")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

@@ -24,8 +24,8 @@ def parse_args() -> argparse.Namespace:
     source.add_argument("--frames", type=input_file, nargs="+", help="in: frame stores of the training slurries")
     source.add_argument("--given", type=float, help="a packing fraction to be used as it is")
     parser.add_argument("--target-frame", type=int, help="number of the frame that is measured")
-    parser.add_argument("--packing", required=True, help="out: packing fractions, JSON")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_output("--packing", "packing fractions, JSON")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

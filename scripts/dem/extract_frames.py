@@ -18,7 +18,7 @@ from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, wr
 from slurrycast.dem.lammps_dump import DumpFrame, as_frame, read_dump
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import sphere_volume_um3
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
 
@@ -26,12 +26,12 @@ from slurrycast.runtime.files import InputError
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--dump", required=True, type=input_file, help="in: LAMMPS text dump")
-    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--run", required=True, type=input_file, help="in: JSON of run_slurry.py")
+    parser.add_input("--dump", "LAMMPS text dump")
+    parser.add_input("--inputs", "JSON of generate_inputs.py")
+    parser.add_input("--run", "JSON of run_slurry.py")
     parser.add_argument("--work", type=Path, help="work folder of run_slurry.py, removed when the frames are safe")
-    parser.add_argument("--frames", required=True, type=Path, help="out: frame store, HDF5")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_output("--frames", "frame store, HDF5")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

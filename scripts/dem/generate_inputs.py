@@ -25,11 +25,11 @@ def parse_args() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument("--slurry", required=True, help="id of the slurry")
     parser.add_argument("--physics", required=True, type=json.loads, help="JSON as described above")
-    parser.add_argument("--data", required=True, help="out: LAMMPS data file")
-    parser.add_argument("--coefficients", required=True, help="out: pair_coeff lines of the real forces")
-    parser.add_argument("--push-off", required=True, help="out: pair_coeff lines of the soft push-off")
-    parser.add_argument("--inputs", required=True, help="out: JSON with counts, fractions reached and seeds")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_output("--data", "LAMMPS data file")
+    parser.add_output("--coefficients", "pair_coeff lines of the real forces")
+    parser.add_output("--push-off", "pair_coeff lines of the soft push-off")
+    parser.add_output("--inputs", "JSON with counts, fractions reached and seeds")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

@@ -24,7 +24,7 @@ import pandas as pd
 from slurrycast.dem.chain import Chain, Opening, boundaries, identity
 from slurrycast.dem.lammps_log import Log
 from slurrycast.dem.lammps_run import Launcher, steps_per_frame
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place, write_text
 from slurrycast.runtime.stopping import Stop
@@ -48,29 +48,23 @@ THERMO_COLUMNS = {
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--inputs", type=input_file, required=True, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--data", type=input_file, required=True, help="in: LAMMPS data file")
-    parser.add_argument(
-        "--coefficients", type=input_file, required=True, help="in: pair_coeff lines of the real forces"
-    )
-    parser.add_argument("--push-off", type=input_file, required=True, help="in: pair_coeff lines of the soft push-off")
+    parser.add_input("--inputs", "JSON of generate_inputs.py")
+    parser.add_input("--data", "LAMMPS data file")
+    parser.add_input("--coefficients", "pair_coeff lines of the real forces")
+    parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
     parser.add_argument("--last-frame", required=True, type=int, help="number of the frame at which the run ends")
     parser.add_argument("--work", required=True, type=Path, help="work folder, from which a killed run goes on")
-    parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
-    parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
-    parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    parser.add_lammps()
     parser.add_argument(
         "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
     )
-    parser.add_argument("--attempts", required=True, type=Path, help="out: folder for a log of each attempt")
-    parser.add_argument("--dump", required=True, help="out: all frames, LAMMPS text dump")
-    parser.add_argument(
-        "--restarts", required=True, type=Path, help="out: folder for frame_<k>.restart, k as dem.restart_frames"
-    )
-    parser.add_argument("--thermo", required=True, help="out: thermo table, CSV")
-    parser.add_argument("--log", required=True, help="out: the logs of all LAMMPS processes, one after the other")
-    parser.add_argument("--run", required=True, help="out: summary, JSON")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_output("--attempts", "folder for a log of each attempt")
+    parser.add_output("--dump", "all frames, LAMMPS text dump")
+    parser.add_output("--restarts", "folder for frame_<k>.restart, k as dem.restart_frames")
+    parser.add_output("--thermo", "thermo table, CSV")
+    parser.add_output("--log", "the logs of all LAMMPS processes, one after the other")
+    parser.add_output("--run", "summary, JSON")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

@@ -7,7 +7,6 @@ for the share `level` of coordinates), slurries, and the number of coordinates.
 """
 
 import argparse
-from pathlib import Path
 
 from slurrycast.evaluation.uncertainty import calibrate, read_judged
 from slurrycast.runtime.command_line import Parser, run_main
@@ -17,7 +16,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_predictions(required=True)
-    parser.add_argument("--calibration", type=Path, required=True, help="out: factors (JSON)")
+    parser.add_output("--calibration", "factors (JSON)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args

@@ -8,14 +8,13 @@ another scale.
 """
 
 import argparse
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS
 from slurrycast.report import reference_article as article
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
 NOT_REPORTED = "not reported"
@@ -65,9 +64,9 @@ def terms(own: pd.DataFrame) -> pd.DataFrame:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
+    parser.add_input("--speedup", "tables/speedup.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_output("--table", "table (CSV)")
     return parser.parse_args()
 
 

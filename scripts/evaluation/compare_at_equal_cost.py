@@ -10,20 +10,19 @@ there, and a note says on which side.
 """
 
 import argparse
-from pathlib import Path
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.front import at_equal_cost
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
-    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
-    parser.add_argument("--table", type=Path, required=True, help="out: table (CSV)")
+    parser.add_input("--front", "tables/front.csv")
+    parser.add_input("--skill", "tables/skill.csv")
+    parser.add_output("--table", "table (CSV)")
     return parser.parse_args()
 
 

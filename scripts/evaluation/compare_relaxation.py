@@ -13,7 +13,6 @@ prediction have), cpu_s of the relaxation, and within_band: density within 2 sta
 
 import argparse
 import json
-from pathlib import Path
 
 import pandas as pd
 
@@ -23,7 +22,7 @@ from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import curves_of_replicas, read_noise
 from slurrycast.evaluation.relaxation import COLUMNS, Structure, relaxation_errors
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError, write_text
 
@@ -48,18 +47,17 @@ def one_value(table: pd.DataFrame, quantity: str, of: str) -> float:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    files = {"type": input_file, "nargs": "+", "required": True}
-    parser.add_argument("--relaxed", **files, help="in: relaxed structures (HDF5)")
-    parser.add_argument("--relaxation-costs", **files, help="in: their cost records (JSON) of relax_slurry, in order")
-    parser.add_argument("--structure", **files, help="in: quantities of the predictions (CSV)")
-    parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
-    parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
-    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
-    parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
+    parser.add_input("--relaxed", "relaxed structures (HDF5)", nargs="+")
+    parser.add_input("--relaxation-costs", "their cost records (JSON) of relax_slurry, in order", nargs="+")
+    parser.add_input("--structure", "quantities of the predictions (CSV)", nargs="+")
+    parser.add_input("--dem-structure", "quantities of the DEM (CSV)", nargs="+")
+    parser.add_input("--dem-rdf", "curves of the DEM (CSV)", nargs="+")
+    parser.add_input("--noise", "noise of the DEM (CSV)")
+    parser.add_input("--replica-rdf", "curves of the replicas that the noise is of (CSV)", nargs="+")
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um, as of the curves")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um, as of the curves")
     parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of all relaxations (CSV)")
+    parser.add_output("--table", "table of all relaxations (CSV)")
     args = parser.parse_args()
     if len(args.relaxed) != len(args.relaxation_costs):
         parser.error(f"{len(args.relaxed)} --relaxed but {len(args.relaxation_costs)} --relaxation-costs: one each")

@@ -16,7 +16,7 @@ import pandas as pd
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
@@ -69,14 +69,13 @@ def _of_dem(results: dict, slurry: str, name: str) -> float | pd.DataFrame:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    files = {"type": input_file, "nargs": "*", "default": []}
-    parser.add_argument("--structure", **files, help="in: quantities of surrogates and slurries (CSV)")
-    parser.add_argument("--rdf", **files, help="in: curves (CSV), one file for each --structure, in order")
-    parser.add_argument("--dem-structure", **files, help="in: quantities of the DEM (CSV)")
-    parser.add_argument("--dem-rdf", **files, help="in: curves of the DEM (CSV)")
-    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
-    parser.add_argument("--replica-rdf", **files, help="in: curves of the replicas that the noise is of (CSV)")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of structural errors (CSV)")
+    parser.add_input("--structure", "quantities of surrogates and slurries (CSV)", nargs="*")
+    parser.add_input("--rdf", "curves (CSV), one file for each --structure, in order", nargs="*")
+    parser.add_input("--dem-structure", "quantities of the DEM (CSV)", nargs="*")
+    parser.add_input("--dem-rdf", "curves of the DEM (CSV)", nargs="*")
+    parser.add_input("--noise", "noise of the DEM (CSV)")
+    parser.add_input("--replica-rdf", "curves of the replicas that the noise is of (CSV)", nargs="*")
+    parser.add_output("--table", "table of structural errors (CSV)")
     args = parser.parse_args()
     parser.one_each(args, "structure", "rdf")
     return args

@@ -10,7 +10,6 @@ the DEM - 1|), rdf_error (mean |g - g_dem|, all pairs of particles), both after 
 import argparse
 import json
 from dataclasses import asdict
-from pathlib import Path
 
 import pandas as pd
 
@@ -18,7 +17,7 @@ from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.evaluation.front import front
 from slurrycast.evaluation.speedup import compare_costs, label_and_steps
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import write_text
 
@@ -26,16 +25,14 @@ from slurrycast.runtime.files import write_text
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
+    parser.add_input(
         "--costs",
+        "cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry",
         nargs="+",
-        type=input_file,
-        required=True,
-        help="in: cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry",
     )
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of the slurries")
-    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
+    parser.add_input("--structure-errors", "tables/structure_errors.csv")
     parser.add_argument(
         "--input-steps",
         nargs="+",
@@ -44,7 +41,7 @@ def parse_args() -> argparse.Namespace:
         metavar="LABEL=STEPS",
         help="DEM step of the last input frame of every surrogate",
     )
-    parser.add_argument("--table", type=Path, required=True, help="out: table of all surrogates and slurries (CSV)")
+    parser.add_output("--table", "table of all surrogates and slurries (CSV)")
     return parser.parse_args()
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 
 from slurrycast.data.frames import read_frames
 from slurrycast.evaluation.noise import Noise, final_mse_um2, read_noise, skill
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = ("surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill")
@@ -47,8 +47,8 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_predictions(required=False)
-    parser.add_argument("--noise", type=input_file, required=True, help="in: noise of the DEM (CSV)")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of skills (CSV)")
+    parser.add_input("--noise", "noise of the DEM (CSV)")
+    parser.add_output("--table", "table of skills (CSV)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args

@@ -13,13 +13,12 @@ after how many slurries the training, alone and with the training slurries, is p
 import argparse
 import json
 from dataclasses import asdict
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium
 from slurrycast.evaluation.speedup import compare_costs, label_and_steps, scaling
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import write_text
 
@@ -27,17 +26,15 @@ from slurrycast.runtime.files import write_text
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
+    parser.add_input(
         "--costs",
-        nargs="+",
-        type=input_file,
-        required=True,
-        help="in: cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry, "
+        "cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry, "
         "of run_slurry of the training slurries, and of train_surrogate, fit_surrogate, adopt_model, measure_packing "
         "and assemble_dataset as far as there are any",
+        nargs="+",
     )
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of the slurries")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
     parser.add_argument(
         "--input-steps",
         nargs="+",
@@ -53,7 +50,7 @@ def parse_args() -> argparse.Namespace:
         metavar="LABEL",
         help="surrogates that need the training slurries, for a model or for the mean packing fraction",
     )
-    parser.add_argument("--table", type=Path, required=True, help="out: table of both clocks (CSV)")
+    parser.add_output("--table", "table of both clocks (CSV)")
     return parser.parse_args()
 
 

@@ -25,7 +25,7 @@ from slurrycast.evaluation.noise import (
     rdf_spread,
     replicated_slurry,
 )
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 
@@ -62,24 +62,12 @@ def perturbed_row(perturbed_path: Path, dem_path: Path, target_frame: int) -> di
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--structure", type=input_file, nargs="+", required=True, help="in: quantities of all replicas (CSV)"
-    )
-    parser.add_argument(
-        "--rdf", type=input_file, nargs="+", required=True, help="in: curves of the same replicas (CSV)"
-    )
-    parser.add_argument(
-        "--perturbed", type=input_file, nargs="+", required=True, help="in: ends of the perturbed runs (HDF5)"
-    )
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="+",
-        required=True,
-        help="in: DEM frames (HDF5), one for each of --perturbed, in order",
-    )
+    parser.add_input("--structure", "quantities of all replicas (CSV)", nargs="+")
+    parser.add_input("--rdf", "curves of the same replicas (CSV)", nargs="+")
+    parser.add_input("--perturbed", "ends of the perturbed runs (HDF5)", nargs="+")
+    parser.add_input("--frames", "DEM frames (HDF5), one for each of --perturbed, in order", nargs="+")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of the noise (CSV)")
+    parser.add_output("--table", "table of the noise (CSV)")
     args = parser.parse_args()
     parser.one_each(args, "structure", "rdf")
     parser.one_each(args, "perturbed", "frames")

@@ -10,14 +10,13 @@ min(cutoff, 0.49 x the shortest edge of the structure's own box).
 
 import argparse
 import contextlib
-from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.analysis.rdf import bin_edges_um
 from slurrycast.analysis.structure import radial_distributions, structure_measures
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
 STRUCTURE_COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value")
@@ -42,14 +41,14 @@ def tables_of(store: FrameStore, frame: int, stage: str, cutoff_um: float, bins:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--dem", type=input_file, help="in: DEM frames of the slurry (HDF5), with --target-frame")
+    parser.add_input("--dem", "DEM frames of the slurry (HDF5), with --target-frame", required=False)
     parser.add_argument("--target-frame", type=int, help="number of the DEM frame to measure")
-    parser.add_argument("--predicted", type=input_file, help="in: predicted structure (HDF5), with --relaxed")
-    parser.add_argument("--relaxed", type=input_file, help="in: relaxed structure (HDF5)")
+    parser.add_input("--predicted", "predicted structure (HDF5), with --relaxed", required=False)
+    parser.add_input("--relaxed", "relaxed structure (HDF5)", required=False)
     parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
     parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
-    parser.add_argument("--structure", type=Path, required=True, help="out: quantities (CSV)")
-    parser.add_argument("--rdf", type=Path, required=True, help="out: curves (CSV)")
+    parser.add_output("--structure", "quantities (CSV)")
+    parser.add_output("--rdf", "curves (CSV)")
     args = parser.parse_args()
     given = [name for name in ("dem", "target_frame", "predicted", "relaxed") if getattr(args, name) is not None]
     if given not in (["dem", "target_frame"], ["predicted", "relaxed"]):

@@ -13,7 +13,6 @@ Out: a table (CSV), one row for each pair and level:
 import argparse
 import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import pandas as pd
 
@@ -25,7 +24,7 @@ from slurrycast.evaluation.uncertainty import (
     read_calibration,
     read_judged,
 )
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 COLUMNS = (
@@ -62,11 +61,9 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_predictions(required=True)
-    parser.add_argument(
-        "--calibrations", type=input_file, nargs="+", required=True, help="in: calibration of each surrogate (JSON)"
-    )
+    parser.add_input("--calibrations", "calibration of each surrogate (JSON)", nargs="+")
     parser.add_argument("--roles", type=json.loads, required=True, help="JSON: role of each slurry")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of the uncertainty (CSV)")
+    parser.add_output("--table", "table of the uncertainty (CSV)")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args

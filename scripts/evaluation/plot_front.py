@@ -15,7 +15,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -29,7 +28,7 @@ from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.report.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vPX*<>hpd8"
@@ -197,12 +196,12 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
-    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
-    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_input("--front", "tables/front.csv")
+    parser.add_input("--skill", "tables/skill.csv")
+    parser.add_input("--structure-errors", "tables/structure_errors.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--speedup", "tables/speedup.csv")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

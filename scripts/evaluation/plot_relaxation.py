@@ -9,7 +9,6 @@ is what counts as reached.
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,7 +20,7 @@ from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
 from slurrycast.report.figures import FAINT, main_labels, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
 PANELS = {
@@ -66,9 +65,9 @@ def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--relaxation", type=input_file, required=True, help="in: tables/relaxation.csv")
+    parser.add_input("--relaxation", "tables/relaxation.csv")
     parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

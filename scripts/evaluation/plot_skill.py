@@ -6,7 +6,6 @@ left edge with their value.
 """
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,7 +13,7 @@ from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
 MEDIAN = "#b9c2ca"
@@ -55,8 +54,8 @@ def draw_skill(skill: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_input("--skill", "tables/skill.csv")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

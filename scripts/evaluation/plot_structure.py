@@ -6,7 +6,6 @@ is what two DEM runs with other seeds differ by.
 """
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.verdicts import deviations, quantity_name
 from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 # From what noise alone gives to what is plainly off; colours do not tell beyond.
 LOWEST, HIGHEST = 1.0, 30.0
@@ -54,9 +53,9 @@ def draw_structure(mean_in_sd: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
+    parser.add_input("--structure-errors", "tables/structure_errors.csv")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that means run over")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

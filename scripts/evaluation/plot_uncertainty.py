@@ -9,7 +9,6 @@ against spread, in bins of equally many coordinates; numbers name the slurries. 
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.uncertainty import Judged, binned_um, expected_coverage, read_judged
 from slurrycast.report.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 CURVE_LEVELS = np.linspace(0.02, 0.98, 49)
 BINS = 10
@@ -95,8 +94,8 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_predictions(required=True)
-    parser.add_argument("--uncertainty", type=input_file, required=True, help="in: tables/uncertainty.csv")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_input("--uncertainty", "tables/uncertainty.csv")
+    parser.add_output("--figure", "PNG")
     args = parser.parse_args()
     parser.one_each(args, "predicted", "frames")
     return args

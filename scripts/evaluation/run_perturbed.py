@@ -25,7 +25,7 @@ from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, refuse_lost_history, steps_per_frame
 from slurrycast.dem.recipe import derived_seed
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 from slurrycast.runtime.stopping import Stop
 from slurrycast.runtime.work_folder import attempt_log, work_folder
@@ -37,12 +37,10 @@ START = "start.restart"  # in the work folder
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--restart", required=True, type=input_file, help="in: LAMMPS restart file of --first-frame")
-    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
-    parser.add_argument(
-        "--coefficients", required=True, type=input_file, help="in: pair_coeff lines of the real forces"
-    )
-    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the slurry, HDF5")
+    parser.add_input("--restart", "LAMMPS restart file of --first-frame")
+    parser.add_input("--inputs", "JSON of generate_inputs.py")
+    parser.add_input("--coefficients", "pair_coeff lines of the real forces")
+    parser.add_input("--frames", "DEM frames of the slurry, HDF5")
     parser.add_argument(
         "--first-frame", required=True, type=int, help="number of the frame that the perturbed run starts from"
     )
@@ -53,14 +51,12 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument(
         "--work", required=True, type=Path, help="work folder, from which a killed perturbed run goes on"
     )
-    parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
-    parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
-    parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+    parser.add_lammps()
     parser.add_argument(
         "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
     )
-    parser.add_argument("--attempts", type=Path, help="out: folder for a log of each attempt")
-    parser.add_argument("--perturbed", required=True, help="out: the perturbed run at the target frame, HDF5")
+    parser.add_output("--attempts", "folder for a log of each attempt", required=False)
+    parser.add_output("--perturbed", "the perturbed run at the target frame, HDF5")
     args = parser.parse_args()
     if not 0 <= args.first_frame < args.target_frame:
         parser.error(f"--first-frame {args.first_frame}: must be from 0 to below --target-frame {args.target_frame}")

@@ -7,11 +7,10 @@ Out: evaluation.html with embedded images. Units are those of the tables' column
 
 import argparse
 import json
-from pathlib import Path
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.evaluation_report import Evaluation, evaluation_html
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
 
@@ -25,21 +24,19 @@ def parse_args() -> argparse.Namespace:
     )
     parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
     parser.add_argument("--relaxed-for", required=True, type=json.loads, help="JSON: steps of relaxation by label")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--skill", type=input_file, required=True, help="in: tables/skill.csv")
-    parser.add_argument("--noise", type=input_file, required=True, help="in: tables/noise.csv")
-    parser.add_argument("--structure-errors", type=input_file, required=True, help="in: tables/structure_errors.csv")
-    parser.add_argument("--front", type=input_file, required=True, help="in: tables/front.csv")
-    parser.add_argument("--equal-cost", type=input_file, required=True, help="in: tables/equal_cost.csv")
-    parser.add_argument("--cost-scaling", type=input_file, required=True, help="in: tables/cost_scaling.csv")
-    parser.add_argument("--article-costs", type=input_file, required=True, help="in: tables/article_costs.csv")
-    parser.add_argument("--ablation", type=input_file, help="in: tables/ablation.csv, where the run has one")
-    parser.add_argument("--relaxation", type=input_file, help="in: tables/relaxation.csv, where the run has one")
-    parser.add_argument(
-        "--uncertainty", type=input_file, help="in: tables/uncertainty.csv, where a surrogate has a spread"
-    )
-    parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
-    parser.add_argument("--page", type=Path, required=True, help="out: evaluation.html")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--skill", "tables/skill.csv")
+    parser.add_input("--noise", "tables/noise.csv")
+    parser.add_input("--structure-errors", "tables/structure_errors.csv")
+    parser.add_input("--front", "tables/front.csv")
+    parser.add_input("--equal-cost", "tables/equal_cost.csv")
+    parser.add_input("--cost-scaling", "tables/cost_scaling.csv")
+    parser.add_input("--article-costs", "tables/article_costs.csv")
+    parser.add_input("--ablation", "tables/ablation.csv, where the run has one", required=False)
+    parser.add_input("--relaxation", "tables/relaxation.csv, where the run has one", required=False)
+    parser.add_input("--uncertainty", "tables/uncertainty.csv, where a surrogate has a spread", required=False)
+    parser.add_input("--figures", "figures (PNG)", nargs="+")
+    parser.add_output("--page", "evaluation.html")
     return parser.parse_args()
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place
 from slurrycast.runtime.work_folder import work_folder
@@ -25,15 +25,11 @@ from slurrycast.runtime.work_folder import work_folder
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--wrapped", type=input_file, required=True, help="in: LAMMPS data file of the wrapped prediction"
-    )
-    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted microstructure, HDF5")
-    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
-    parser.add_argument(
-        "--coefficients", type=input_file, required=True, help="in: pair_coeff lines of the real forces"
-    )
-    parser.add_argument("--push-off", type=input_file, required=True, help="in: pair_coeff lines of the soft push-off")
+    parser.add_input("--wrapped", "LAMMPS data file of the wrapped prediction")
+    parser.add_input("--predicted", "predicted microstructure, HDF5")
+    parser.add_input("--inputs", "JSON of generate_inputs.py")
+    parser.add_input("--coefficients", "pair_coeff lines of the real forces")
+    parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
     parser.add_argument(
         "--settings",
         required=True,
@@ -41,12 +37,10 @@ def parse_args() -> argparse.Namespace:
         help="JSON: steps, pressure_damping_us, start_temperature_k, push_off_iterations",
     )
     parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
-    parser.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
-    parser.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
-    parser.add_argument("--ranks", default=1, type=int, help="MPI ranks")
-    parser.add_argument("--relaxed-data", required=True, help="out: LAMMPS data file")
-    parser.add_argument("--relaxed", required=True, help="out: relaxed microstructure, HDF5")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_lammps()
+    parser.add_output("--relaxed-data", "LAMMPS data file")
+    parser.add_output("--relaxed", "relaxed microstructure, HDF5")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

@@ -11,17 +11,17 @@ from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import wrap
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.recipe import particle_types
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted microstructure, HDF5")
-    parser.add_argument("--inputs", required=True, type=input_file, help="in: JSON of generate_inputs.py")
-    parser.add_argument("--wrapped", required=True, help="out: LAMMPS data file")
-    parser.add_argument("--cost", required=True, help="out: cost record, JSON")
+    parser.add_input("--predicted", "predicted microstructure, HDF5")
+    parser.add_input("--inputs", "JSON of generate_inputs.py")
+    parser.add_output("--wrapped", "LAMMPS data file")
+    parser.add_output("--cost", "cost record, JSON")
     return parser.parse_args()
 
 

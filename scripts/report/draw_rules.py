@@ -8,15 +8,15 @@ import argparse
 import subprocess
 import sys
 
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import RunError, write_text
 
 
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--config", required=True, type=input_file, help="in: effective configuration, YAML")
-    parser.add_argument("--rulegraph", required=True, help="out: graph of the rules, DOT")
+    parser.add_input("--config", "effective configuration, YAML")
+    parser.add_output("--rulegraph", "graph of the rules, DOT")
     return parser.parse_args()
 
 

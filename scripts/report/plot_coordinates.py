@@ -8,7 +8,6 @@ Coordinates are unwrapped, and their mean over the particles is taken from both.
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,7 +16,7 @@ from matplotlib.lines import Line2D
 from slurrycast.analysis.errors import CoordinateError, coordinate_errors
 from slurrycast.data.frames import FrameStore, Particles, read_frames
 from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 
 def centred_position_um(store: FrameStore, k: int) -> np.ndarray:
@@ -78,12 +77,10 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of --predicted")
-    parser.add_argument(
-        "--predicted", type=input_file, nargs="+", required=True, help="in: predicted.h5 (one frame) of each"
-    )
-    parser.add_argument("--frames", type=input_file, required=True, help="in: DEM frames of the same slurry")
+    parser.add_input("--predicted", "predicted.h5 (one frame) of each", nargs="+")
+    parser.add_input("--frames", "DEM frames of the same slurry")
     parser.add_argument("--target-frame", type=int, required=True, help="frame that was predicted")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

@@ -6,7 +6,6 @@ and where it ends, and how many times the hybrid run fits in these.
 """
 
 import argparse
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.report.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
 PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTED, FAINT, RELAXED), strict=True))
@@ -80,9 +79,9 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
+    parser.add_input("--speedup", "tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="names in the table, one panel each")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

@@ -7,7 +7,6 @@ Out: PNG; the input frames of the surrogate are marked as a band, and equilibriu
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,7 +18,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white
@@ -72,11 +71,11 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --thermo")
-    parser.add_argument("--thermo", nargs="+", type=input_file, required=True, help="in: thermo.csv of each slurry")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_input("--thermo", "thermo.csv of each slurry", nargs="+")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
     parser.add_argument("--input-frames", nargs="+", type=int, required=True, help="frames given to the surrogate")
     parser.add_argument("--frame-interval-us", type=float, required=True, help="time between two frames in us")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

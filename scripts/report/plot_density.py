@@ -9,7 +9,6 @@ beyond.
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
 from slurrycast.report.figures import ARTICLE, DEM, FAINT, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
 LINEAR_PERCENT = 1.0
@@ -80,10 +79,10 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--density", type=input_file, required=True, help="in: tables/density_volume.csv (g/cm3)")
+    parser.add_input("--density", "tables/density_volume.csv (g/cm3)")
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels in the table, in the order of drawing")
     parser.add_argument("--slurries", nargs="+", required=True, help="slurries that went through the hybrid chain")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

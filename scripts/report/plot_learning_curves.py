@@ -7,7 +7,6 @@ Out: PNG with one panel for each measure, on a logarithmic scale.
 """
 
 import argparse
-from pathlib import Path
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -15,7 +14,7 @@ from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 MEASURES = (
     ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),
@@ -51,8 +50,8 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--history", type=input_file, required=True, help="in: history.csv of the surrogate")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_input("--history", "history.csv of the surrogate")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

@@ -9,7 +9,6 @@ Out: PNG with one panel for each slurry and pair.
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import DEM, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 COLUMNS = 4
 PAIR_LABELS = {"all": "all particles"}
@@ -87,11 +86,9 @@ def parse_args() -> argparse.Namespace:
     parser = Parser(__doc__)
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of drawing")
     parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of drawing")
-    parser.add_argument(
-        "--rdf", nargs="+", type=input_file, required=True, help="in: curves (CSV, r in um), in any order"
-    )
-    parser.add_argument("--rdf-errors", type=input_file, required=True, help="in: tables/rdf_errors.csv")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_input("--rdf", "curves (CSV, r in um), in any order", nargs="+")
+    parser.add_input("--rdf-errors", "tables/rdf_errors.csv")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

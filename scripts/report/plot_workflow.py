@@ -10,7 +10,6 @@ import re
 from collections.abc import Collection
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,7 +17,7 @@ from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
 
 from slurrycast.report.figures import INK, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
 # part of the workflow by the verb that a rule's name starts with
@@ -211,9 +210,9 @@ def draw_workflow(parents: dict[str, set[str]]) -> Figure:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--rulegraph", type=input_file, required=True, help="in: DOT file from `snakemake --rulegraph`")
+    parser.add_input("--rulegraph", "DOT file from `snakemake --rulegraph`")
     parser.add_argument("--hide", nargs="*", default=["all"], help="rules that are not stages (default: all)")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

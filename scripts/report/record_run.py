@@ -30,9 +30,9 @@ def parse_args() -> argparse.Namespace:
     parser.add_argument("--effective", required=True, type=json.loads, help="configuration as JSON")
     parser.add_argument("--made-with", required=True, type=json.loads, help="versions as JSON")
     parser.add_argument("--command", required=True, help="command line of Snakemake")
-    parser.add_argument("--config", required=True, help="out: configuration, YAML")
-    parser.add_argument("--versions", required=True, help="out: versions, JSON")
-    parser.add_argument("--kept", required=True, help="out: the same, under the name of these versions")
+    parser.add_output("--config", "configuration, YAML")
+    parser.add_output("--versions", "versions, JSON")
+    parser.add_output("--kept", "the same, under the name of these versions")
     return parser.parse_args()
 
 

@@ -28,7 +28,7 @@ from matplotlib.lines import Line2D
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.data.periodic import wrap
 from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0
 PIXELS_PER_UM, MAX_PIXELS = 60, 1400
@@ -191,11 +191,11 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--predicted", type=input_file, required=True, help="in: predicted.h5 (one frame)")
-    parser.add_argument("--relaxed", type=input_file, required=True, help="in: relaxed.h5 (one frame)")
-    parser.add_argument("--frames", type=input_file, help="in: DEM frames with the target; leave out for a new slurry")
+    parser.add_input("--predicted", "predicted.h5 (one frame)")
+    parser.add_input("--relaxed", "relaxed.h5 (one frame)")
+    parser.add_input("--frames", "DEM frames with the target; leave out for a new slurry", required=False)
     parser.add_argument("--target-frame", type=int, help="frame of --frames that was predicted")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     args = parser.parse_args()
     if (args.frames is None) != (args.target_frame is None):
         parser.error("--frames and --target-frame go together")

@@ -16,7 +16,7 @@ from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.network_table import read_network
 from slurrycast.report.report import Results, report_html
-from slurrycast.runtime.command_line import Parser, input_file, named_file, run_main
+from slurrycast.runtime.command_line import Parser, named_file, run_main
 from slurrycast.runtime.files import write_text
 
 
@@ -35,25 +35,23 @@ def described(label: str) -> tuple[str, str]:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--config", type=input_file, required=True, help="in: config.yaml of the run")
-    parser.add_argument("--versions", type=input_file, required=True, help="in: versions.json of the run")
-    parser.add_argument("--inputs", type=input_file, nargs="+", required=True, help="in: inputs.json of every slurry")
-    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every slurry")
-    parser.add_argument("--density", type=input_file, required=True, help="in: tables/density_volume.csv")
-    parser.add_argument("--coordinate-errors", type=input_file, required=True, help="in: tables/coordinate_errors.csv")
-    parser.add_argument("--rdf-errors", type=input_file, required=True, help="in: tables/rdf_errors.csv")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument(
-        "--training-range", type=input_file, help="in: tables/training_range.csv; none without training slurries"
-    )
-    parser.add_argument("--cost-table", type=input_file, required=True, help="in: tables/cost.csv")
-    parser.add_argument("--speedup", type=input_file, required=True, help="in: tables/speedup.csv")
+    parser.add_input("--config", "config.yaml of the run")
+    parser.add_input("--versions", "versions.json of the run")
+    parser.add_input("--inputs", "inputs.json of every slurry", nargs="+")
+    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
+    parser.add_input("--density", "tables/density_volume.csv")
+    parser.add_input("--coordinate-errors", "tables/coordinate_errors.csv")
+    parser.add_input("--rdf-errors", "tables/rdf_errors.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
+    parser.add_input("--cost-table", "tables/cost.csv")
+    parser.add_input("--speedup", "tables/speedup.csv")
     parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of columns")
     labelled = {"type": named_file, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
     parser.add_argument("--models", **labelled, help="in: model.keras of the surrogates that have one")
     parser.add_argument("--histories", **labelled, help="in: history.csv of the same surrogates")
-    parser.add_argument("--figures", type=input_file, nargs="+", required=True, help="in: figures (PNG)")
-    parser.add_argument("--report", type=Path, required=True, help="out: report.html")
+    parser.add_input("--figures", "figures (PNG)", nargs="+")
+    parser.add_output("--report", "report.html")
     return parser.parse_args()
 
 

@@ -24,7 +24,7 @@ from slurrycast.data.final_box import scale_of_prediction
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
@@ -81,30 +81,16 @@ def volume_errors(predicted: FrameStore, relaxed: FrameStore, dem: FrameStore, l
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument(
-        "--frames",
-        type=input_file,
-        nargs="+",
-        required=True,
-        help="in: DEM frames of the training and predicted slurries",
-    )
-    parser.add_argument(
-        "--run-json", type=input_file, nargs="+", required=True, help="in: run.json of slurries run to the end"
-    )
-    parser.add_argument(
-        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
-    )
-    parser.add_argument(
-        "--predicted", type=input_file, nargs="+", required=True, help="in: predicted structures (HDF5)"
-    )
-    parser.add_argument(
-        "--relaxed", type=input_file, nargs="+", required=True, help="in: the same relaxed, in order (HDF5)"
-    )
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_input("--frames", "DEM frames of the training and predicted slurries", nargs="+")
+    parser.add_input("--run-json", "run.json of slurries run to the end", nargs="+")
+    parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
+    parser.add_input("--predicted", "predicted structures (HDF5)", nargs="+")
+    parser.add_input("--relaxed", "the same relaxed, in order (HDF5)", nargs="+")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
     parser.add_argument("--last-input-frame", type=int, required=True, help="number of the last input frame")
     parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
-    parser.add_argument("--table", type=Path, required=True, help="out: table of surrogates and slurries (CSV)")
-    parser.add_argument("--clock", type=Path, required=True, help="out: table of the fitted exponents (CSV)")
+    parser.add_output("--table", "table of surrogates and slurries (CSV)")
+    parser.add_output("--clock", "table of the fitted exponents (CSV)")
     args = parser.parse_args()
     for one, other in (("run_json", "thermo"), ("predicted", "relaxed")):
         if len(getattr(args, one)) != len(getattr(args, other)):

@@ -12,7 +12,6 @@ or no) says whether density_difference is within --max-density-difference; densi
 
 import argparse
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -22,7 +21,7 @@ from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.dem.forcefield import rayleigh_time_us
 from slurrycast.dem.recipe import particle_types
 from slurrycast.evaluation.noise import mean_and_sd, rdf_difference
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 MEASURED = ("density_g_cm3", "coordination_all", "overlap_mean", "overlap_max")
@@ -117,22 +116,18 @@ def in_words(row: pd.Series, max_density_difference: float) -> str:
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--run-json", type=input_file, nargs="+", required=True, help="in: run.json of every run")
-    parser.add_argument(
-        "--thermo", type=input_file, nargs="+", required=True, help="in: thermo.csv of the same, in order"
-    )
-    parser.add_argument(
-        "--structure", type=input_file, nargs="+", required=True, help="in: quantities of the same (CSV)"
-    )
-    parser.add_argument("--rdf", type=input_file, nargs="+", required=True, help="in: curves of the same (CSV)")
+    parser.add_input("--run-json", "run.json of every run", nargs="+")
+    parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
+    parser.add_input("--structure", "quantities of the same (CSV)", nargs="+")
+    parser.add_input("--rdf", "curves of the same (CSV)", nargs="+")
     parser.add_argument(
         "--max-density-difference",
         type=float,
         required=True,
         help="share of the density at the smallest timestep within which another timestep is accepted",
     )
-    parser.add_argument("--runs", type=Path, required=True, help="out: table of all runs (CSV)")
-    parser.add_argument("--summary", type=Path, required=True, help="out: table of the timesteps (CSV)")
+    parser.add_output("--runs", "table of all runs (CSV)")
+    parser.add_output("--summary", "table of the timesteps (CSV)")
     args = parser.parse_args()
     if not len(args.run_json) == len(args.thermo) == len(args.structure) == len(args.rdf):
         parser.error("--run-json, --thermo, --structure and --rdf: as many of each are needed")

@@ -9,7 +9,6 @@ reference article.
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -84,7 +83,7 @@ def parse_args() -> argparse.Namespace:
         metavar="NAME=PATH",
         help="in: tables/size_errors.csv of each run, with the name that its panel gets",
     )
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

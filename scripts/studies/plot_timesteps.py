@@ -7,7 +7,6 @@ the RDF, whose differences share the runs that they are from); the band of the d
 """
 
 import argparse
-from pathlib import Path
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,7 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocat
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 
 PANELS = {
     "density_g_cm3": ("Density", "Density (g/cm³)", 1),
@@ -75,11 +74,11 @@ def draw_timesteps(
 def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
-    parser.add_argument("--runs", type=input_file, required=True, help="in: tables/timestep.csv")
-    parser.add_argument("--summary", type=input_file, required=True, help="in: tables/timestep_summary.csv")
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_input("--runs", "tables/timestep.csv")
+    parser.add_input("--summary", "tables/timestep_summary.csv")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
     parser.add_argument("--max-density-difference", type=float, required=True, help="as given to compare_timesteps.py")
-    parser.add_argument("--figure", type=Path, required=True, help="out: PNG")
+    parser.add_output("--figure", "PNG")
     return parser.parse_args()
 
 

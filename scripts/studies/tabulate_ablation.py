@@ -22,7 +22,7 @@ import pandas as pd
 from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, read_training_set
 from slurrycast.data.tables import read_table
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 from slurrycast.surrogates import vgg16, vgg16_box
 
@@ -37,15 +37,13 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--surrogates", required=True, nargs="+", help="labels of vgg16 and vgg16_box, in rows' order")
-    parser.add_argument(
-        "--histories", required=True, nargs="+", type=input_file, help="in: learning curves (CSV), one for each of them"
-    )
-    parser.add_argument("--dataset", required=True, type=input_file, help="in: training set (HDF5)")
-    parser.add_argument("--skill", required=True, type=input_file, help="in: tables/skill.csv")
+    parser.add_input("--histories", "learning curves (CSV), one for each of them", nargs="+")
+    parser.add_input("--dataset", "training set (HDF5)")
+    parser.add_input("--skill", "tables/skill.csv")
     parser.add_argument(
         "--roles", required=True, type=json.loads, help="JSON: role of each slurry in the table of skill"
     )
-    parser.add_argument("--table", required=True, type=Path, help="out: table of the ablation (CSV)")
+    parser.add_output("--table", "table of the ablation (CSV)")
     args = parser.parse_args()
     parser.one_each(args, "surrogates", "histories")
     return args

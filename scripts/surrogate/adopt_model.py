@@ -11,7 +11,7 @@ import zipfile
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, moved_into_place, write_text
 
@@ -20,11 +20,11 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help="label under which the model is used")
-    parser.add_argument("--trained", required=True, type=input_file, help="in: trained model (.keras)")
+    parser.add_input("--trained", "trained model (.keras)")
     parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
-    parser.add_argument("--model", required=True, help="out: the same model (.keras)")
-    parser.add_argument("--history", required=True, help="out: its learning curves (CSV)")
-    parser.add_argument("--cost", required=True, help="out: cost record (JSON)")
+    parser.add_output("--model", "the same model (.keras)")
+    parser.add_output("--history", "its learning curves (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
     return parser.parse_args()
 
 

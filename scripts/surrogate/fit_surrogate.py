@@ -6,11 +6,10 @@ Out: the model (JSON) with its mean squared errors on the training and validatio
 
 import argparse
 import json
-from pathlib import Path
 
 from slurrycast import surrogates
 from slurrycast.data.dataset import read_training_set
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
@@ -18,11 +17,11 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument("--dataset", required=True, type=input_file, help="in: training set (HDF5)")
+    parser.add_input("--dataset", "training set (HDF5)")
     parser.add_argument("--settings", required=True, type=json.loads, help="JSON; linear has none: {}")
     parser.add_argument("--seed", required=True, type=int, help="of whatever the fit draws; linear draws nothing")
-    parser.add_argument("--model", required=True, type=Path, help="out: fitted model (JSON)")
-    parser.add_argument("--cost", required=True, type=Path, help="out: cost record (JSON)")
+    parser.add_output("--model", "fitted model (JSON)")
+    parser.add_output("--cost", "cost record (JSON)")
     return parser.parse_args()
 
 

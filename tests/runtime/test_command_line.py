@@ -85,6 +85,21 @@ def test_named_inputs(tmp_path, capsys):
         assert capsys.readouterr().err == f"error: argument --tables: {text!r} is not name=path\n"
 
 
+def test_outputs_and_inputs_are_required_unless_there_may_be_none(tmp_path):
+    parser = Parser("what it does")
+    parser.add_input("--frames", "frames", nargs="*")
+    parser.add_input("--noise", "noise", required=False)
+    parser.add_output("--table", "table")
+    parser.add_lammps()
+    args = parser.parse_args(["--table", "a.csv"])
+    assert (args.frames, args.noise, args.table) == ([], None, Path("a.csv"))
+    assert (args.executable, args.launcher, args.ranks) == ("lmp", "mpiexec", 1)
+    with pytest.raises(SystemExit):
+        parser.parse_args([])
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--table", "a.csv", "--noise", str(tmp_path / "missing.csv")])
+
+
 def test_every_script_checks_its_inputs(root):
     """Whatever an option is said to read is declared as such."""
     option = re.compile(r"add_argument\((?:[^()]|\([^()]*\))*\)")

@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from slurrycast.runtime.files import InputError, RunError, Unfinished, check_unchanged
 
@@ -23,13 +23,27 @@ class Parser(argparse.ArgumentParser):
         """Leave without the usage, which would hide the line."""
         self.exit(2, f"error: {message}\n")
 
+    def add_input(self, option: str, content: str, **keywords: Any) -> None:
+        """Add an option for an input file, which has to be there and undamaged; required unless nargs is "*"."""
+        defaults = {"default": []} if keywords.get("nargs") == "*" else {"required": True}
+        self.add_argument(option, help=f"in: {content}", type=input_file, **defaults | keywords)
+
+    def add_output(self, option: str, content: str, **keywords: Any) -> None:
+        """Add an option for the path of an output, required by default."""
+        self.add_argument(option, help=f"out: {content}", type=Path, **{"required": True} | keywords)
+
+    def add_lammps(self, group: argparse._ArgumentGroup | None = None) -> None:
+        """Add the options that say how LAMMPS is started, to a group of options if there is one."""
+        options = group or self
+        options.add_argument("--executable", default="lmp", help="LAMMPS: a name on PATH or a path")
+        options.add_argument("--launcher", default="mpiexec", help="put before the executable when ranks > 1")
+        options.add_argument("--ranks", default=1, type=int, help="MPI ranks")
+
     def add_predictions(self, *, required: bool) -> None:
         """Predicted structures beside the DEM frames that they are compared with; see `one_each`."""
-        several = {"nargs": "+", "required": True} if required else {"nargs": "*", "default": []}
-        self.add_argument("--predicted", type=input_file, help="in: predicted structures (HDF5)", **several)
-        self.add_argument(
-            "--frames", type=input_file, help="in: DEM frames (HDF5), one for each --predicted, in order", **several
-        )
+        nargs = "+" if required else "*"
+        self.add_input("--predicted", "predicted structures (HDF5)", nargs=nargs)
+        self.add_input("--frames", "DEM frames (HDF5), one for each --predicted, in order", nargs=nargs)
         self.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
 
     def one_each(self, args: argparse.Namespace, one: str, other: str) -> None:
