@@ -36,8 +36,8 @@ rule measure_equilibrium:
         " 2>&1 | tee {log:q}"
 
 
-rule check_training_range:  # asked for only where there are training slurries
-    """Find predicted slurries outside the range of the training slurries."""
+rule check_training_range:
+    """Find predicted slurries outside the range of the training slurries, if there are any."""
     input:
         **code("analysis/check_training_range"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
