@@ -115,7 +115,7 @@ rule predict_slurry:
         "../../envs/learning.yaml"
     threads: lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1
     resources:
-        mpi=lambda wildcards: config["dem"]["launcher"] if goes_on(wildcards) and config["dem"]["ranks"] > 1 else "",
+        mpi=lambda wildcards: LAMMPS_JOB["mpi"] if goes_on(wildcards) else "",
         tasks=lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1,
         cpus_per_task=1,
         executable=lambda wildcards: config["dem"]["executable"] if goes_on(wildcards) else "",
