@@ -12,21 +12,19 @@ import contextlib
 import numpy as np
 import pandas as pd
 
-from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import FrameStore, Particles, read_frames
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, write_text
 
 
-def pair_masks(particles: Particles, phases: list[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Masks (n,) of the first and second particles for `all` and for the pair of `phases`, by the pair's name."""
+def pair_name(particles: Particles, phases: list[str]) -> str:
+    """Name of a pair of `phases`, in any order, among the curves; InputError if a phase has no particles."""
     for name in phases:
         if name not in particles.phase_names or not particles.in_phase(name).any():
             raise InputError(f"--pair {name}: no such particles, phases are {', '.join(particles.phase_names)}")
-    everything = np.ones(len(particles), dtype=bool)
-    first, second = (particles.in_phase(name) for name in phases)
-    return {"all": (everything, everything), "-".join(phases): (first, second)}
+    return "-".join(sorted(phases, key=particles.phase_names.index))
 
 
 def rdf_table(
@@ -34,19 +32,21 @@ def rdf_table(
 ) -> pd.DataFrame:
     """Curves of all `structures` (name of the column: store and frame number) in the same bins."""
     stores = [store for store, _ in structures.values()]
-    slurry, ids = stores[0].attributes["slurry"], stores[0].particles.id
+    slurry, particles = stores[0].attributes["slurry"], stores[0].particles
     for store in stores:
-        if store.attributes["slurry"] != slurry or not np.array_equal(store.particles.id, ids):
+        if store.attributes["slurry"] != slurry or not np.array_equal(store.particles.id, particles.id):
             raise InputError(f"{store.path}: not the particles of slurry {slurry} in {stores[0].path}")
     r_edges_um = bin_edges_um(cutoff_um, bins, [store.box(frame)[1] for store, frame in structures.values()])
-    tables = []
-    for pair, (first, second) in pair_masks(stores[0].particles, phases).items():
-        curves = {
-            column: radial_distribution(store.position_um(k), *store.box(k), r_edges_um, first, second)
-            for column, (store, k) in structures.items()
-        }
-        centres_um = (r_edges_um[:-1] + r_edges_um[1:]) / 2
-        tables.append(pd.DataFrame({"pair": pair, "r_um": centres_um} | curves))
+    pairs = {"all": "all", "-".join(phases): pair_name(particles, phases)}
+    curves = {
+        column: radial_distributions(store.position_um(k), *store.box(k), particles, r_edges_um)
+        for column, (store, k) in structures.items()
+    }
+    r_um = bin_centres_um(r_edges_um)
+    tables = [
+        pd.DataFrame({"pair": pair, "r_um": r_um} | {column: g.get(name, np.nan) for column, g in curves.items()})
+        for pair, name in pairs.items()
+    ]
     return pd.concat(tables)
 
 

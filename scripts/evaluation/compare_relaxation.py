@@ -16,8 +16,7 @@ import json
 
 import pandas as pd
 
-from slurrycast.analysis.rdf import bin_edges_um
-from slurrycast.analysis.structure import radial_distributions
+from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import curves_of_replicas, read_noise
@@ -32,8 +31,7 @@ def structure_of(store: FrameStore, cutoff_um: float, bins: int) -> Structure:
     position_um, (lower_um, edges_um) = store.position_um(store.last), store.box(store.last)
     r_edges_um = bin_edges_um(cutoff_um, bins, [edges_um])
     g = radial_distributions(position_um, lower_um, edges_um, store.particles, r_edges_um)["all"]
-    curve = pd.DataFrame({"r_um": (r_edges_um[:-1] + r_edges_um[1:]) / 2, "g": g})
-    return Structure(store.density_g_cm3(store.last), curve)
+    return Structure(store.density_g_cm3(store.last), pd.DataFrame({"r_um": bin_centres_um(r_edges_um), "g": g}))
 
 
 def one_value(table: pd.DataFrame, quantity: str, of: str) -> float:

@@ -13,8 +13,8 @@ import contextlib
 
 import pandas as pd
 
-from slurrycast.analysis.rdf import bin_edges_um
-from slurrycast.analysis.structure import radial_distributions, structure_measures
+from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
+from slurrycast.analysis.structure import structure_measures
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
@@ -29,10 +29,10 @@ def tables_of(store: FrameStore, frame: int, stage: str, cutoff_um: float, bins:
     measures = structure_measures(position_um, lower_um, edges_um, store.particles)
     r_edges_um = bin_edges_um(cutoff_um, bins, [edges_um])
     curves = radial_distributions(position_um, lower_um, edges_um, store.particles, r_edges_um)
-    centres_um = (r_edges_um[:-1] + r_edges_um[1:]) / 2
+    r_um = bin_centres_um(r_edges_um)
     tables = [
         pd.DataFrame({"quantity": measures.keys(), "value": measures.values()}),
-        pd.concat([pd.DataFrame({"pair": pair, "r_um": centres_um, "g": g}) for pair, g in curves.items()]),
+        pd.concat([pd.DataFrame({"pair": pair, "r_um": r_um, "g": g}) for pair, g in curves.items()]),
     ]
     surrogate = store.attributes["surrogate"] if stage != "target" else "-"
     return [table.assign(surrogate=surrogate, slurry=store.attributes["slurry"], stage=stage) for table in tables]

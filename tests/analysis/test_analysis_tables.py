@@ -141,7 +141,8 @@ def test_rdf_and_its_differences(slurry, run, tmp_path):
 
 def test_rdf_of_a_new_slurry_has_no_target(slurry, run, tmp_path):
     out = tmp_path / "N1.csv"
-    curves = table(run("compute_rdf.py", *rdf_arguments(slurry("N1", 13, last=10), out)), out)
+    curves = table(run("compute_rdf.py", *rdf_arguments(slurry("N1", 13, last=10), out, pair=("8YSZ", "NiO"))), out)
+    assert list(curves.pair.unique()) == ["all", "8YSZ-NiO"]  # in any order
     assert curves.g_dem.isna().all()
     assert curves[["g_predicted", "g_relaxed"]].notna().all(axis=None)
     process = run("compare_rdf.py", "--rdf", out, "--table", tmp_path / "rdf.csv")

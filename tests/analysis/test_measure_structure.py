@@ -5,7 +5,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import Frame, read_frames, write_frames
 from slurrycast.data.tables import read_table
 
@@ -63,13 +63,13 @@ def test_target_structure(slurry, measure, tmp_path):
         assert value.coordination_all == pytest.approx(store.coordination(120).mean(), rel=1e-8)
         assert value.density_g_cm3 == pytest.approx(store.density_g_cm3(120), rel=1e-8)
         r_edges_um = bin_edges_um(CUTOFF_UM, BINS, [store.box(120)[1]])
-        everything = np.ones(len(store.particles), dtype=bool)
-        g = radial_distribution(store.position_um(120), *store.box(120), r_edges_um, everything, everything)
+        g = radial_distributions(store.position_um(120), *store.box(120), store.particles, r_edges_um)
     assert 0 < value.overlap_mean < value.overlap_max < 0.2
     assert 0.3 < value.packing_union < value.packing_nominal < 0.8
-    of_all = curves[curves.pair == "all"]
-    np.testing.assert_allclose(of_all.r_um, (r_edges_um[:-1] + r_edges_um[1:]) / 2, rtol=1e-8)
-    np.testing.assert_allclose(of_all.g, g, rtol=1e-6, atol=1e-9)
+    for pair in PAIRS:
+        curve = curves[curves.pair == pair]
+        np.testing.assert_allclose(curve.r_um, bin_centres_um(r_edges_um), rtol=1e-8)
+        np.testing.assert_allclose(curve.g, g[pair], rtol=1e-8)
 
 
 def test_predicted_and_relaxed_structures_each_in_its_own_box(slurry, measure, hybrid, tmp_path):

@@ -1,119 +1,129 @@
-"""Radial distribution functions: lattice, ideal gas, InterRDF and freud."""
+"""Radial distribution functions: lattice, ideal gas, and InterRDF of MDAnalysis."""
 
-import freud
+from itertools import combinations_with_replacement
+
 import MDAnalysis
 import numpy as np
 import pytest
 from MDAnalysis.analysis.rdf import InterRDF
 
-from slurrycast.analysis import rdf
-from slurrycast.analysis.rdf import bin_edges_um, mean_absolute_difference, radial_distribution
+from slurrycast.analysis.rdf import (
+    bin_centres_um,
+    bin_edges_um,
+    mean_absolute_difference,
+    phase_pairs,
+    radial_distributions,
+)
+from slurrycast.data.frames import Particles, read_frames
 from slurrycast.runtime.files import InputError
 
 EDGES_UM = np.array([9.0, 8.0, 15.0])
 LOWER_UM = -EDGES_UM / 2
 
 
+def particles(phase: np.ndarray) -> Particles:
+    """Particles of these phases, from 1, of A, B and C."""
+    ones = np.ones(len(phase))
+    return Particles(np.arange(len(phase)) + 1, phase, phase, ones, ones, ones, ("A", "B", "C"))
+
+
 @pytest.fixture(scope="module")
-def gas() -> tuple[np.ndarray, np.ndarray]:
-    """Random positions (3000, 3), some of them outside the box, and a mask of a third of them."""
+def gas() -> tuple[np.ndarray, Particles]:
+    """Random positions (3000, 3) of three phases, some of them outside the box."""
     rng = np.random.default_rng(5)
-    return LOWER_UM + rng.uniform(-1, 2, (3000, 3)) * EDGES_UM, rng.random(3000) < 1 / 3
+    return LOWER_UM + rng.uniform(-1, 2, (3000, 3)) * EDGES_UM, particles(rng.integers(1, 4, 3000))
 
 
-def everything(position: np.ndarray) -> np.ndarray:
-    return np.ones(len(position), dtype=bool)
-
-
-def inter_rdf(position, first, second, r_edges, **options) -> np.ndarray:
+def inter_rdf(position, lower, edges, r_edges, first, second) -> np.ndarray:
     """Curve of InterRDF for the masks `first` and `second`."""
     universe = MDAnalysis.Universe.empty(len(position), trajectory=True)
-    universe.atoms.positions = position - LOWER_UM
-    universe.dimensions = [*EDGES_UM, 90, 90, 90]
+    universe.atoms.positions = position - lower
+    universe.dimensions = [*edges, 90, 90, 90]
     groups = universe.atoms[first], universe.atoms[second]
-    return InterRDF(*groups, nbins=len(r_edges) - 1, range=(0, r_edges[-1]), **options).run().results.rdf
+    itself = (1, 1) if np.array_equal(first, second) else None
+    options = {"nbins": len(r_edges) - 1, "range": (0, r_edges[-1]), "exclusion_block": itself}
+    return InterRDF(*groups, **options).run().results.rdf
 
 
 def test_coordination_shells_of_a_simple_cubic_lattice():
-    # 6, 12, 8, 6, 24 neighbours at 1, sqrt(2), sqrt(3), 2 and sqrt(5) lattice constants, and none between them.
+    # 6, 12, 8, 6, 24 neighbours at 1, sqrt(2), sqrt(3), 2 and sqrt(5) lattice constants, and none between them. Phases
+    # in turns, as in rock salt: neighbours of an odd number of steps are of the other phase.
     position = np.stack(np.meshgrid(*[np.arange(8.0)] * 3), axis=-1).reshape(-1, 3)
+    phase = 1 + position.sum(axis=1).astype(int) % 2
     r_edges = np.linspace(0, 2.3, 24)
-    edges = np.full(3, 8.0)
-    g = radial_distribution(position, np.zeros(3), edges, r_edges, everything(position), everything(position))
-    density = (512 - 1) / 512  # particles per cell that a particle can meet, over the volume of the cell
-    neighbours = g * density * 4 / 3 * np.pi * np.diff(r_edges**3)
-    expected = np.zeros(23)
-    for radius, number in ((1, 6), (np.sqrt(2), 12), (np.sqrt(3), 8), (2, 6), (np.sqrt(5), 24)):
-        expected[int(radius / 0.1 + 1e-6)] += number
-    np.testing.assert_allclose(neighbours, expected, atol=1e-9)
+    curves = radial_distributions(position, np.zeros(3), np.full(3, 8.0), particles(phase), r_edges)
+    expected = {pair: np.zeros(23) for pair in ("all", "A-A", "A-B", "B-B")}
+    for radius, number, pairs in (
+        (1, 6, ["A-B"]),
+        (np.sqrt(2), 12, ["A-A", "B-B"]),
+        (np.sqrt(3), 8, ["A-B"]),
+        (2, 6, ["A-A", "B-B"]),
+        (np.sqrt(5), 24, ["A-B"]),
+    ):
+        for pair in ("all", *pairs):
+            expected[pair][int(radius / 0.1 + 1e-6)] += number
+    assert list(curves) == list(expected)
+    for pair, others in (("all", 511), ("A-A", 255), ("A-B", 256), ("B-B", 255)):
+        # `others` is how many a particle of the first phase can meet in the volume of 512 cells
+        neighbours = curves[pair] * others / 512 * 4 / 3 * np.pi * np.diff(r_edges**3)
+        np.testing.assert_allclose(neighbours, expected[pair], atol=1e-9)
 
 
 def test_an_ideal_gas_is_one_everywhere(gas):
-    position, third = gas
+    position, some = gas
     r_edges = np.linspace(0, 3.9, 40)
-    for first, second in ((everything(position), everything(position)), (third, ~third)):
-        pairs = np.sum(first) * (np.sum(second) - np.array_equal(first, second))
-        expected = pairs / np.prod(EDGES_UM) * 4 / 3 * np.pi * np.diff(r_edges**3)
+    curves = radial_distributions(position, LOWER_UM, EDGES_UM, some, r_edges)
+    numbers = {name: some.in_phase(name).sum() for name in some.phase_names}
+    pairs = {name: numbers[a] * (numbers[b] - (a == b)) for name, (a, b) in phase_pairs(some).items()}
+    for name, number in ({"all": 3000 * 2999} | pairs).items():
+        expected = number / np.prod(EDGES_UM) * 4 / 3 * np.pi * np.diff(r_edges**3)
         # Each pair of a group with itself is counted twice, which doubles the variance of the count.
-        sigma = np.sqrt((1 + np.array_equal(first, second)) / expected)
-        deviation = (radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, first, second) - 1) / sigma
+        sigma = np.sqrt((1 + (name in ("all", "A-A", "B-B", "C-C"))) / expected)
+        deviation = (curves[name] - 1) / sigma
         assert np.max(np.abs(deviation)) < 4.5
         assert 0.6 < np.std(deviation) < 1.5
 
 
-def test_all_particles_as_inter_rdf_with_exclusion_of_self(gas):
-    position = gas[0]
+def test_every_curve_is_that_of_inter_rdf(gas):
+    position, some = gas
     r_edges = np.linspace(0, 3.9, 68)
-    theirs = inter_rdf(position, everything(position), everything(position), r_edges, exclusion_block=(1, 1))
-    ours = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, everything(position), everything(position))
-    # Distances at a bin's edge can fall on either side of it in float32; sparse first bins feel one pair.
-    np.testing.assert_allclose(ours[5:], theirs[5:], rtol=1e-3)
-    np.testing.assert_allclose(ours[:5], theirs[:5], atol=0.05)
+    curves = radial_distributions(position, LOWER_UM, EDGES_UM, some, r_edges)
+    assert list(curves) == ["all", *("-".join(pair) for pair in combinations_with_replacement("ABC", 2))]
+    masks = {pair: tuple(map(some.in_phase, names)) for pair, names in phase_pairs(some).items()}
+    masks["all"] = (np.ones(3000, dtype=bool),) * 2
+    for pair, g in curves.items():
+        reference = inter_rdf(position, LOWER_UM, EDGES_UM, r_edges, *masks[pair])
+        # Distances at a bin's edge can fall on either side of it in float32; sparse first bins feel one pair.
+        np.testing.assert_allclose(g[5:], reference[5:], rtol=2e-3)
+        np.testing.assert_allclose(g[:5], reference[:5], atol=0.05)
 
 
-def test_a_pair_of_phases_as_inter_rdf(gas):
-    position, third = gas
-    r_edges = np.linspace(0, 3.9, 68)
-    ours = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, third, ~third)
-    np.testing.assert_allclose(ours[5:], inter_rdf(position, third, ~third, r_edges)[5:], rtol=2e-3)
-    swapped = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, ~third, third)
-    np.testing.assert_allclose(ours[5:], swapped[5:], rtol=2e-3)
-
-
-def test_against_freud(gas):
-    position, third = gas
-    r_edges = np.linspace(0, 3.9, 68)
-    box = freud.box.Box(*EDGES_UM)  # centred at the origin
-    wrapped = box.wrap(position)
-    theirs = freud.density.RDF(bins=67, r_max=3.9).compute((box, wrapped)).rdf
-    ours = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, everything(position), everything(position))
-    n = len(position)
-    # freud's ideal gas has n neighbours around a particle of the n, ours has n - 1.
-    np.testing.assert_allclose(ours[5:], theirs[5:] * n / (n - 1), rtol=1e-3)
-    theirs = freud.density.RDF(bins=67, r_max=3.9).compute((box, wrapped[~third]), query_points=wrapped[third]).rdf
-    ours = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, third, ~third)
-    np.testing.assert_allclose(ours[5:], theirs[5:], rtol=2e-3)
-
-
-@pytest.mark.parametrize("distances", [1, 3001, 40_000])
-def test_slices_do_not_change_the_curve(gas, monkeypatch, distances):
-    position, third = gas[0][:300], gas[1][:300]
-    r_edges = np.linspace(0, 3.9, 40)
-    for first, second in ((everything(position), everything(position)), (third, third), (third, ~third)):
-        whole = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, first, second)
-        with monkeypatch.context() as patch:
-            patch.setattr(rdf, "DISTANCES_AT_A_TIME", distances)
-            sliced = radial_distribution(position, LOWER_UM, EDGES_UM, r_edges, first, second)
-        np.testing.assert_array_equal(sliced, whole)
+def test_curves_of_a_slurry_are_those_of_inter_rdf(slurry):
+    with read_frames(slurry / "frames.h5") as store:
+        some, position, (lower, edges) = store.particles, store.position_um(120), store.box(120)
+    r_edges = bin_edges_um(7.0, 120, [edges])
+    curves = radial_distributions(position, lower, edges, some, r_edges)
+    everything = np.ones(len(some), dtype=bool)
+    np.testing.assert_allclose(
+        curves["all"], inter_rdf(position, lower, edges, r_edges, everything, everything), rtol=1e-6, atol=1e-9
+    )
+    masks = some.in_phase("NiO"), some.in_phase("8YSZ")
+    np.testing.assert_allclose(
+        curves["NiO-8YSZ"], inter_rdf(position, lower, edges, r_edges, *masks), rtol=1e-6, atol=1e-9
+    )
 
 
 def test_overlapping_particles_are_counted_but_not_a_particle_itself():
     position = np.array([[0.0, 0, 0], [0, 0, 0], [3, 3, 3]])
-    g = radial_distribution(
-        position, LOWER_UM, EDGES_UM, np.array([0, 0.5, 1.0]), everything(position), everything(position)
-    )
+    r_edges = np.array([0, 0.5, 1.0])
+    curves = radial_distributions(position, LOWER_UM, EDGES_UM, particles(np.array([1, 1, 2])), r_edges)
+    assert list(curves) == ["all", "A-A", "A-B"]  # one particle forms no pair, and phase C has none
     shell = 4 / 3 * np.pi * 0.5**3
-    np.testing.assert_allclose(g, [2 / (3 * 2 / np.prod(EDGES_UM) * shell), 0])
+    np.testing.assert_allclose(curves["all"], [2 / (3 * 2 / np.prod(EDGES_UM) * shell), 0])
+
+
+def test_centres_of_bins():
+    np.testing.assert_allclose(bin_centres_um(np.array([0.0, 0.5, 1.0])), [0.25, 0.75])
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,10 @@
-"""Structural measures: lattices, two and three spheres, Monte Carlo, LAMMPS' own contacts and MDAnalysis."""
+"""Structural measures: lattices, two and three spheres, Monte Carlo and LAMMPS' own contacts."""
 
 import numpy as np
 import pytest
 
-from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
-from slurrycast.analysis.structure import (
-    find_contacts,
-    lens_volume_um3,
-    phase_pairs,
-    radial_distributions,
-    structure_measures,
-)
+from slurrycast.analysis.rdf import phase_pairs
+from slurrycast.analysis.structure import find_contacts, lens_volume_um3, structure_measures
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.runtime.files import InputError
 
@@ -182,33 +176,3 @@ def test_coordination_as_lammps_counts_it(slurry):
             for pair, (a, b) in phase_pairs(some).items()
         )
         assert ends == pytest.approx(store.coordination(120).sum())
-
-
-def test_rdf_as_with_mdanalysis(gas):
-    position_um, some = gas
-    r_edges_um = bin_edges_um(7.0, 60, [EDGES_UM])
-    curves = radial_distributions(position_um, LOWER_UM, EDGES_UM, some, r_edges_um)
-    assert list(curves) == ["all", "A-A", "A-B", "A-C", "B-B", "B-C", "C-C"]
-    masks = {pair: tuple(map(some.in_phase, names)) for pair, names in phase_pairs(some).items()}
-    masks["all"] = (np.ones(len(some), dtype=bool),) * 2
-    for pair, g in curves.items():
-        theirs = radial_distribution(position_um, LOWER_UM, EDGES_UM, r_edges_um, *masks[pair])
-        # Distances at a bin's edge can fall on either side of it in float32; sparse first bins feel one pair.
-        np.testing.assert_allclose(g[5:], theirs[5:], rtol=2e-3)
-        np.testing.assert_allclose(g[:5], theirs[:5], atol=0.05)
-
-
-def test_rdf_of_a_lattice_has_its_shells_at_the_right_pairs():
-    position_um, phase = rock_salt((6, 6, 6))
-    edges_um = np.full(3, 6.0)
-    r_edges_um = np.linspace(0, 1.6, 5)  # the shells at 1 and sqrt(2) lie in the third and in the fourth bin
-    curves = radial_distributions(position_um, -edges_um / 2, edges_um, particles(phase, 0.5, ("A", "B")), r_edges_um)
-    shells_um3 = 4 / 3 * np.pi * np.diff(r_edges_um**3)
-    # Particles that one of the first phase can meet, and how many it meets in each bin.
-    for pair, others, neighbours in (
-        ("all", 215, [0, 0, 6, 12]),
-        ("A-A", 107, [0, 0, 0, 12]),
-        ("A-B", 108, [0, 0, 6, 0]),
-        ("B-B", 107, [0, 0, 0, 12]),
-    ):
-        np.testing.assert_allclose(curves[pair] * shells_um3 * others / 216, neighbours, rtol=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.analysis.rdf import bin_edges_um, radial_distribution
+from slurrycast.analysis.rdf import bin_edges_um, radial_distributions
 from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.costs import Cost
@@ -248,9 +248,8 @@ def relaxations(tmp_path, noise, replica_curves):
         costs[-1].write_text(json.dumps(asdict(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))))
     density = 90 * 2.0 / np.prod(EDGES_UM)
     with read_frames(stores[0]) as store:  # the DEM ends where the longer relaxation does
-        everything = np.ones(90, dtype=bool)
         r_edges_um = bin_edges_um(0.6, 6, [EDGES_UM])
-        g = radial_distribution(store.position_um(120), *store.box(120), r_edges_um, everything, everything)
+        g = radial_distributions(store.position_um(120), *store.box(120), store.particles, r_edges_um)["all"]
     measured, _ = structure_files(tmp_path, "affine", "1", {"predicted": (1.0, 1.0, 6), "relaxed": (1.0, 1.0, 6)}, 90)
     overlaps = [("predicted", 0.03), ("relaxed", 0.01)]
     rows = [
