@@ -23,7 +23,8 @@ import pandas as pd
 from slurrycast.data.final_box import scale_of_prediction
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.evaluation.size import outside_share, power_law, shrink_time_us
+from slurrycast.evaluation.power_law import power_law
+from slurrycast.evaluation.size import outside_share, shrink_time_us
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 

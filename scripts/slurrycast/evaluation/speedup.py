@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
+from slurrycast.evaluation.power_law import power_law
 from slurrycast.runtime.files import InputError
 
 # parts of a hybrid run in the order of the workflow: stage in the cost table, name in figures and tables
@@ -121,19 +122,14 @@ def compare_costs(
 
 
 def exponent(particles: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
-    """Exponent b of seconds = a particles^b, by least squares of the logarithms, and its standard error.
+    """Exponent b of seconds = a particles^b, both (slurries,), and its standard error.
 
     Both are NaN for less than FEWEST_TO_FIT slurries, or sizes that span less than SPAN_TO_FIT: an exponent from these
     would be noise.
     """
-    particles = np.asarray(particles, dtype=float)
-    if len(particles) < FEWEST_TO_FIT or particles.max() < SPAN_TO_FIT * particles.min():
+    if len(particles) < FEWEST_TO_FIT or np.max(particles) < SPAN_TO_FIT * np.min(particles):
         return np.nan, np.nan
-    x, y = np.log(particles), np.log(seconds)
-    x, y = x - x.mean(), y - y.mean()
-    b = x @ y / (x @ x)
-    variance = np.sum((y - b * x) ** 2) / (len(x) - 2)
-    return float(b), float(np.sqrt(variance / (x @ x)))
+    return power_law(np.asarray(particles), np.asarray(seconds))
 
 
 def slurries_to_pay(spent_s: float, saved_s: float) -> float:
