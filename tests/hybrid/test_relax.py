@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slurrycast.data.frames import Frame, read_frames, write_frames
-from slurrycast.data.periodic import to_cartesian, wrap
+from slurrycast.data.periodic import wrap
 
 SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_us": 200.0, "start_temperature_k": 3.0e4}
 PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
@@ -25,7 +25,7 @@ def relaxed(slurry, tmp_path_factory, command):
             number=120,
             step=500,
             time_us=1.0,
-            position_um=to_cartesian(scaled, lower_um, edges_um),
+            position_um=lower_um + scaled * edges_um,
             scaled_position=scaled,
             coordination=np.full(len(scaled), -1, dtype=np.int32),
             lower_um=lower_um,
@@ -74,9 +74,7 @@ def test_relaxed_microstructure_is_sane(relaxed):
         assert store.density_g_cm3(k) == pytest.approx(2.24, rel=0.03)
         assert 5.5 < store.coordination(k).mean() < 7.5
         np.testing.assert_allclose(lower_um, -edges_um / 2, atol=1e-9)
-        np.testing.assert_allclose(
-            position_um, to_cartesian(store.scaled_position(k), lower_um, edges_um), rtol=0, atol=1e-9
-        )
+        np.testing.assert_allclose(position_um, lower_um + store.scaled_position(k) * edges_um, rtol=0, atol=1e-9)
         shift_um = position_um[:, None] - position_um[None]
         shift_um -= edges_um * np.rint(shift_um / edges_um)
         reach_um = store.particles.radius_um[:, None] + store.particles.radius_um[None]

@@ -98,19 +98,19 @@ class Calibration:
         write_text(path, json.dumps(asdict(self), indent=1, ensure_ascii=False) + "\n")
 
 
-def calibrate(judged: Sequence[Judged], levels: Sequence[float] = LEVELS) -> Calibration:
-    """Factors of one surrogate from its predictions of the validation slurries.
+def calibrate(judged: Sequence[Judged]) -> Calibration:
+    """Factors for LEVELS of one surrogate from its predictions of the validation slurries.
 
-    InputError if there is none, or they are of several surrogates, or have too few coordinates for a level.
+    InputError if there is no prediction, or there are several surrogates, or too few coordinates for a level.
     """
-    found = sorted({one.surrogate for one in judged})
-    if len(found) != 1:
-        raise InputError(f"calibration: predictions of {', '.join(found) or 'no surrogate'}: needed are those of one")
+    names = sorted({one.surrogate for one in judged})
+    if len(names) != 1:
+        raise InputError(f"calibration: predictions of {', '.join(names) or 'no surrogate'}: needed are those of one")
     scores = [one.scores for one in judged]
     return Calibration(
-        surrogate=found[0],
-        levels=tuple(levels),
-        factors=tuple(conformal_factor(scores, level) for level in levels),
+        surrogate=names[0],
+        levels=LEVELS,
+        factors=tuple(conformal_factor(scores, level) for level in LEVELS),
         slurries=tuple(one.slurry for one in judged),
         coordinates=sum(map(len, scores)),
     )
