@@ -7,14 +7,13 @@ coordinates less their mean, and the same with suffix _true_box for the predicti
 
 import argparse
 
-import numpy as np
 import pandas as pd
 
 from slurrycast.analysis.errors import AXES, coordinate_errors, true_box_errors
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import write_text
 
 MEASURES = ("mse_um2", "mae_um", "r2")
 COLUMNS = ("surrogate", "slurry", "axis", *MEASURES, *(f"{measure}_true_box" for measure in MEASURES))
@@ -22,16 +21,15 @@ COLUMNS = ("surrogate", "slurry", "axis", *MEASURES, *(f"{measure}_true_box" for
 
 def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> list[dict]:
     """Rows of the table for one prediction; InputError if the two files hold different particles."""
-    slurry = predicted.attributes["slurry"]
-    if slurry != dem.attributes["slurry"] or not np.array_equal(predicted.particles.id, dem.particles.id):
-        raise InputError(f"{predicted.path}: slurry {slurry}, not the particles of {dem.path}")
+    predicted.check_same_particles(dem)
     target_um, predicted_um = dem.position_um(target_frame), predicted.position_um(predicted.last)
     edges_um = dem.box(target_frame)[1], predicted.box(predicted.last)[1]
-    own_box = coordinate_errors(target_um, predicted_um)
+    predicted_box = coordinate_errors(target_um, predicted_um)
     true_box = true_box_errors(target_um, predicted_um, *edges_um)
     return [
-        {"surrogate": predicted.attributes["surrogate"], "slurry": slurry, "axis": axis}
-        | vars(own_box[axis])
+        {name: predicted.attributes[name] for name in ("surrogate", "slurry")}
+        | {"axis": axis}
+        | vars(predicted_box[axis])
         | {f"{name}_true_box": value for name, value in vars(true_box[axis]).items()}
         for axis in AXES
     ]

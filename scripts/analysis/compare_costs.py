@@ -9,12 +9,11 @@ the start-up of LAMMPS count on both sides; of the extraction of frames, only th
 """
 
 import argparse
-import json
 
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_runs
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
@@ -40,14 +39,9 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read, compare, write."""
     args = parse_args()
-    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
-    read = (
-        read_table(args.cost_table),
-        read_equilibrium(args.equilibrium),
-        {run["slurry"]: run for run in runs},
-        dict(args.input_steps),
-    )
-    tables = [compare_costs(*read, clock) for clock in ("wall_s", "cpu_s")]
+    costs, equilibrium = read_table(args.cost_table), read_equilibrium(args.equilibrium)
+    runs, input_steps = read_runs(args.run_json), dict(args.input_steps)
+    tables = [compare_costs(costs, equilibrium, runs, input_steps, clock) for clock in ("wall_s", "cpu_s")]
     write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
 
 

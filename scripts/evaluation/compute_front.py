@@ -8,17 +8,12 @@ the DEM - 1|), rdf_error (mean |g - g_dem|, all pairs of particles), both after 
 """
 
 import argparse
-import json
-from dataclasses import asdict
-
-import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.evaluation.front import front
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_costs, read_runs
 from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import write_text
 
 
@@ -48,12 +43,11 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read, compare, write."""
     args = parse_args()
-    costs = pd.DataFrame([asdict(read_cost(path)) for path in args.costs])
-    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
-    by_slurry, input_steps = {run["slurry"]: run for run in runs}, dict(args.input_steps)
-    frame_steps = steps_per_frame(runs[0]["physics"]["dem"])  # one section dem for all slurries
+    costs, runs = read_costs(args.costs), read_runs(args.run_json)
+    input_steps = dict(args.input_steps)
+    frame_steps = steps_per_frame(next(iter(runs.values()))["physics"]["dem"])  # one section dem for all slurries
     last_frames = {label: steps // frame_steps for label, steps in input_steps.items()}
-    speedup = compare_costs(costs, read_equilibrium(args.equilibrium), by_slurry, input_steps, "cpu_s")
+    speedup = compare_costs(costs, read_equilibrium(args.equilibrium), runs, input_steps, "cpu_s")
     table = front(speedup, read_table(args.structure_errors), last_frames)
     write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
 

@@ -11,15 +11,12 @@ after how many slurries the training, alone and with the training slurries, is p
 """
 
 import argparse
-import json
-from dataclasses import asdict
 
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps, scaling
+from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_costs, read_runs, scaling
 from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import write_text
 
 
@@ -57,11 +54,10 @@ def parse_args() -> argparse.Namespace:
 def main() -> None:
     """Read, fit, write."""
     args = parse_args()
-    costs = pd.DataFrame([asdict(read_cost(path)) for path in args.costs])
-    runs = [json.loads(path.read_text(encoding="utf-8")) for path in args.run_json]
-    equilibrium, by_slurry = read_equilibrium(args.equilibrium), {run["slurry"]: run for run in runs}
+    costs, runs = read_costs(args.costs), read_runs(args.run_json)
+    equilibrium = read_equilibrium(args.equilibrium)
     speedup = pd.concat(
-        compare_costs(costs, equilibrium, by_slurry, dict(args.input_steps), clock) for clock in ("wall_s", "cpu_s")
+        compare_costs(costs, equilibrium, runs, dict(args.input_steps), clock) for clock in ("wall_s", "cpu_s")
     )
     roles = dict(zip(equilibrium.slurry, equilibrium.role, strict=True))
     table = scaling(speedup, costs, roles, set(args.learns_from_dem))

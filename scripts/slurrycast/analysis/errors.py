@@ -17,18 +17,35 @@ class CoordinateError:
 
 
 def deviation_um(target_um: np.ndarray, predicted_um: np.ndarray) -> np.ndarray:
-    """What predicted coordinates (n, 3) deviate from the target's (n, 3) by, (n, 3), without a common shift.
+    """Deviation (n, 3) of predicted from target coordinates, without a common shift.
 
-    Both are unwrapped, about the centre of their own box, of the same particles in the same order. The mean over the
-    particles is taken from both first: a common shift has no meaning in a periodic box.
+    Parameters
+    ----------
+    target_um, predicted_um
+        Unwrapped coordinates (n, 3) in um about the centre of their box, of the same particles in the same order.
+
+    Notes
+    -----
+    The mean over the particles is taken from both first: a common shift has no meaning in a periodic box.
     """
     return predicted_um - predicted_um.mean(axis=0) - (target_um - target_um.mean(axis=0))
 
 
 def coordinate_errors(target_um: np.ndarray, predicted_um: np.ndarray) -> dict[str, CoordinateError]:
-    """Errors of predicted coordinates (n, 3) against the target's (n, 3), for "x", "y", "z" and "all".
+    """Errors of predicted coordinates.
 
-    Both are as `deviation_um` takes them. With its e = predicted - target of n particles along one axis:
+    Parameters
+    ----------
+    target_um, predicted_um
+        As `deviation_um` takes them.
+
+    Returns
+    -------
+    Errors for "x", "y", "z" and "all".
+
+    Notes
+    -----
+    With the deviation e of n particles along one axis:
 
         MSE = sum(e^2) / n,   MAE = sum(|e|) / n,   R2 = 1 - SS_res / SS_tot,
         SS_res = sum(e^2),    SS_tot = sum((target - mean(target))^2)
@@ -52,8 +69,19 @@ def true_box_errors(
     target_edges_um: np.ndarray,
     predicted_edges_um: np.ndarray,
 ) -> dict[str, CoordinateError]:
-    """`coordinate_errors` of the prediction rescaled, per axis about the box centre, to the box edges of the target.
+    """Errors of predicted coordinates that are rescaled to the box of the target, per axis about its centre.
 
-    Edges have shape (3,). This takes the error of the predicted box out and leaves that of the places within it.
+    This removes the error of the predicted box and leaves that of the places within it.
+
+    Parameters
+    ----------
+    target_um, predicted_um
+        As `deviation_um` takes them.
+    target_edges_um, predicted_edges_um
+        Edges (3,) in um of both boxes.
+
+    Returns
+    -------
+    As `coordinate_errors`.
     """
     return coordinate_errors(target_um, predicted_um * (target_edges_um / predicted_edges_um))

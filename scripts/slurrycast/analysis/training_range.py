@@ -1,7 +1,7 @@
-"""The range of the training slurries at the last input frame, and which slurries lie outside of it. Pure numpy.
+"""The range of the training slurries at the last input frame, and which slurries lie outside it. Pure numpy.
 
-A surrogate that learned from slurries interpolates between them; of a slurry outside it knows nothing. What it has
-seen in earlier frames too, where these slurries were looser, belongs to the range.
+A surrogate interpolates between the slurries that it learned from; of a slurry outside their range it knows nothing.
+The densities of earlier input frames, where these slurries were looser, belong to the range.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -41,10 +41,20 @@ def state(store: FrameStore, frame: int) -> State:
 
 
 def mean_range(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> tuple[float, float]:
-    """Least and greatest mean of `values` (groups,) over `counts` (groups,) particles that are known to +-`slack`.
+    """Least and greatest mean of a quantity over particles whose numbers are uncertain.
 
-    Of sum((n + a) v) / sum(n + a) with |a| <= slack and n + a >= 0. Its extremes are where groups above some value have
-    the one end of their range and the others the other one, since its derivative by a has the sign of v less the mean.
+    Parameters
+    ----------
+    values
+        Value of the quantity in each group of particles, (groups,).
+    counts, slack
+        Number of particles in each group, and how far it may be off, (groups,).
+
+    Notes
+    -----
+    The mean is sum((n + a) v) / sum(n + a) with |a| <= slack and n + a >= 0. Its derivative by a has the sign of v less
+    the mean, so it is extreme where all groups above some value are at one end of their range and the others at the
+    other end.
     """
     order = np.argsort(values)
     values, most = values[order], (counts + slack)[order]
@@ -87,9 +97,10 @@ def types_of(slurries: Iterable[Particles]) -> dict[int, tuple[int, float]]:
     """Phase and radius (um) of each particle type that occurs; a small slurry may have no particle of a rare one."""
     types = {}
     for particles in slurries:
-        found, first = np.unique(particles.type, return_index=True)
+        present, first = np.unique(particles.type, return_index=True)
         types |= {
-            int(t): (int(particles.phase[i]), float(particles.radius_um[i])) for t, i in zip(found, first, strict=True)
+            int(t): (int(particles.phase[i]), float(particles.radius_um[i]))
+            for t, i in zip(present, first, strict=True)
         }
     return dict(sorted(types.items()))
 
@@ -122,7 +133,7 @@ class Compared:
 
 
 def compare(value: Value, training: Sequence[Value]) -> Compared:
-    """Compare a slurry with the `training` slurries (one or more); outside if its range does not reach theirs."""
+    """Compare a slurry with the `training` slurries (one or more); it is outside if their ranges do not meet."""
     low, high = min(each.low for each in training), max(each.high for each in training)
     return Compared(
         value.value,
@@ -135,12 +146,17 @@ def compare(value: Value, training: Sequence[Value]) -> Compared:
 def compare_with_training(
     slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()
 ) -> dict[str, Compared]:
-    """Compare each quantity of a slurry with those of the training slurries.
+    """Compare each quantity of a slurry with the range of the training slurries.
 
-    `earlier_g_cm3` are densities at which these were seen too, in frames before the last input frame.
+    Parameters
+    ----------
+    slurry, training
+        The slurry, and one or more training slurries.
+    earlier_g_cm3
+        Densities of the training slurries in g/cm3 at input frames before the last one.
     """
     types = types_of(each.particles for each in (slurry, *training))
-    known = [quantities(each, types) for each in training]
-    ranges = {name: [each[name] for each in known] for name in known[0]}
+    of_training = [quantities(each, types) for each in training]
+    ranges = {name: [each[name] for each in of_training] for name in of_training[0]}
     ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
     return {name: compare(value, ranges[name]) for name, value in quantities(slurry, types).items()}

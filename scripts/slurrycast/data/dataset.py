@@ -46,7 +46,7 @@ class TrainingSet:
 
 
 def split(n: int, share: float, seed: int) -> np.ndarray:
-    """Draw the validation samples: mask (n,) with `share` x `n` True, rounded, the same for the same `seed`.
+    """Draw the validation samples: mask (n,) with `share` x `n` True, rounded, always the same for a `seed`.
 
     InputError unless both parts get at least one sample.
     """
@@ -86,7 +86,7 @@ def _check(path: str | Path, data: TrainingSet) -> None:
 
 
 def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
-    """Write `data`, compressed; `seed` is the one of the split. InputError for wrong shapes and values not finite."""
+    """Write `data`, compressed; `seed` is that of the split. InputError for wrong shapes or non-finite values."""
     _check(path, data)
     with hdf5_moved_into_place(path) as file:
         for name in _OF_SAMPLES + _OF_SLURRIES:
@@ -99,7 +99,7 @@ def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
 
 
 def read_training_set(path: str | Path) -> TrainingSet:
-    """Read what `write_training_set` wrote. InputError for another or a changed file, or what writing refuses."""
+    """Read what `write_training_set` wrote. InputError for another or a changed file, or data that it would refuse."""
     check_unchanged(path)  # the HDF5 library may hang on a damaged file
     try:
         with h5py.File(path) as file:

@@ -5,7 +5,7 @@ H5MD 1.1 (de Buyl, Colberg & Höfling, Comput. Phys. Commun. 185, 1546 (2014)) w
     particles/slurry/position/{value, step, time}              unwrapped coordinates (frames, n, 3), um
     particles/slurry/scaled_position/{value, step, time}       the same in box edges, from the lower corner
     particles/slurry/coordination/{value, step, time}          contacts of each particle, (frames, n)
-    particles/slurry/position_spread/{value, step, time}       only of predictions that say how sure they are: standard
+    particles/slurry/position_spread/{value, step, time}       only of predictions with an uncertainty: standard
                                                                deviation of each coordinate (frames, n, 3), um
     particles/slurry/box/edges/{value, step, time}             (frames, 3), um
     particles/slurry/box/lower/{value, step, time}             lower corner, (frames, 3), um; H5MD has no place for it
@@ -26,14 +26,14 @@ import numpy as np
 from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
 
 GROUP = "particles/slurry"
-# What h5py and numpy raise for a file that is HDF5, but has something else in a place: no such name, a group for an
-# array, text for numbers.
+# What h5py and numpy raise for an HDF5 file of another layout: a name that is missing, a group in place of an array,
+# text in place of numbers.
 NOT_AS_EXPECTED = (OSError, KeyError, AttributeError, TypeError, ValueError, RuntimeError)
 
 
 @dataclass(frozen=True)
 class Particles:
-    """What does not change with time; arrays of shape (n,), sorted by id.
+    """The properties of n particles that do not change with time: arrays (n,), sorted by id.
 
     `phase` counts from 1 in the order of `phase_names`, `size_class` from 1 within a phase, `type` is the LAMMPS atom
     type (one per phase and size class).
@@ -59,7 +59,7 @@ class Particles:
 class Frame:
     """One instant: unwrapped `position_um` (n, 3), `scaled_position` (n, 3), `coordination` (n,) and the box.
 
-    `position_spread_um` (n, 3) only of a prediction that says how sure it is.
+    `position_spread_um` (n, 3) is only there for a prediction that states its uncertainty.
     """
 
     number: int
@@ -94,14 +94,14 @@ class FrameStore:
     def _check(self) -> None:
         """Refuse arrays whose shapes or kinds do not belong together; ValueError says which."""
         n, frames = len(self.particles.id), len(self.frame_numbers)
-        found = {name: self._group[name] for name, _, _ in _STATIC}
+        arrays = {name: self._group[name] for name, _, _ in _STATIC}
         held = [name for name, _, _ in _TIME_DEPENDENT if name not in _OPTIONAL or name in self._group]
-        found |= {f"{name}/value": self._group[f"{name}/value"] for name in held}
-        found |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
+        arrays |= {f"{name}/value": self._group[f"{name}/value"] for name in held}
+        arrays |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
         of_frames = {"frame_numbers": (), "position/step": (), "position/time": (), "coordination/value": (n,)}
         of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3), "position_spread/value": (n, 3)}
         of_frames |= {"box/edges/value": (3,), "box/lower/value": (3,)}
-        for name, array in found.items():
+        for name, array in arrays.items():
             shape = (frames, *of_frames[name]) if name in of_frames else (n,)
             if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
                 raise ValueError(f"{name} holds {array.dtype} of shape {array.shape}, expected are numbers of {shape}")
@@ -167,6 +167,12 @@ class FrameStore:
         """Volume of the box at frame `k` in um3."""
         return float(np.prod(self._at("box/edges", k)))
 
+    def check_same_particles(self, other: "FrameStore") -> None:
+        """InputError unless `other` holds the same particles of the same slurry."""
+        slurry = self.attributes["slurry"]
+        if slurry != other.attributes["slurry"] or not np.array_equal(self.particles.id, other.particles.id):
+            raise InputError(f"{self.path}: slurry {slurry}, not the particles of {other.path}")
+
     def density_g_cm3(self, k: int) -> float:
         """Mass of all particles over the volume of the box at frame `k`; 1 pg/um3 = 1 g/cm3."""
         return float(self.particles.mass_pg.sum() / self.volume_um3(k))
@@ -206,6 +212,7 @@ _TIME_DEPENDENT = (
     ("box/lower", "lower_um", "um"),
 )
 _OPTIONAL = ("position_spread",)
+_COMPRESSION = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 _STATIC = (
     ("id", "id", ""),
     ("type", "type", ""),
@@ -222,18 +229,26 @@ def write_frames(
     frames: Iterable[Frame],
     attributes: Mapping[str, str | int | float],
 ) -> None:
-    """Write `frames`, one after the other as they come, in compressed, checksummed chunks of one frame each.
+    """Write a frame store, one frame after the other, in compressed, checksummed chunks of one frame each.
 
-    `attributes` say where the frames come from (strings and numbers). What is optional is in all frames or in none:
-    ValueError otherwise.
+    Parameters
+    ----------
+    path
+        The file, which is moved into place when it is complete.
+    particles, frames
+        The particles and their frames, in order.
+    attributes
+        Strings and numbers that say where the frames come from.
+
+    Raises
+    ------
+    ValueError
+        If some frames hold an optional quantity and others do not.
     """
     with hdf5_moved_into_place(path) as file:
         file.create_group("h5md").attrs["version"] = np.array([1, 1])
-        for role, value in (
-            ("author", {"name": "SlurryCast"}),
-            ("creator", {"name": "SlurryCast", "version": "1"}),
-        ):
-            file["h5md"].create_group(role).attrs.update(value)
+        for role, value in (("author", {}), ("creator", {"version": "1"})):
+            file["h5md"].create_group(role).attrs.update({"name": "SlurryCast"} | value)
         group = file.create_group(GROUP)
         for name, field, unit in _STATIC:
             group[name] = getattr(particles, field)
@@ -252,19 +267,9 @@ def write_frames(
             for name, field, unit in written:
                 value = np.asarray(getattr(frame, field))
                 if count == 0:
-                    compression = (
-                        {"compression": "gzip", "shuffle": True, "fletcher32": True}
-                        if not name.startswith("box/")
-                        else {}
-                    )
-                    data = group.require_group(name).create_dataset(
-                        "value",
-                        shape=(0, *value.shape),
-                        maxshape=(None, *value.shape),
-                        chunks=(1, *value.shape),
-                        dtype=value.dtype,
-                        **compression,
-                    )
+                    shape = {"shape": (0, *value.shape), "maxshape": (None, *value.shape), "chunks": (1, *value.shape)}
+                    compression = {} if name.startswith("box/") else _COMPRESSION
+                    data = group.require_group(name).create_dataset("value", dtype=value.dtype, **shape, **compression)
                     data.attrs["units"] = unit
                 data = group[f"{name}/value"]
                 data.resize(count + 1, axis=0)

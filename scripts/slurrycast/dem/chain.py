@@ -40,7 +40,7 @@ def boundaries(frame_steps: int, last_frame: int, segment_frames: int, restart_f
 
 
 def identity(inputs: Sequence[Path], scripts: Sequence[str], settings: str = "") -> str:
-    """Of a run: digest of all that its numbers come from, its inputs, the LAMMPS `scripts` and further `settings`."""
+    """Digest of everything that determines a run: its inputs, the LAMMPS `scripts` and further `settings`."""
     files = [*inputs, *(SCRIPTS / name for name in scripts)]
     return hashlib.sha256(("".join(map(checksum, files)) + settings).encode()).hexdigest()
 
@@ -53,19 +53,33 @@ def run_part(
     launcher: Launcher,
     script: str,
     variables: Mapping[str, object],
-    said: Callable[[int, float], None] | None = None,
+    progress: Callable[[int, float], None] | None = None,
     check: Callable[[], None] = lambda: None,
 ) -> Log:
-    """Run LAMMPS and record that this part is finished, with the `files` that it wrote and what it cost.
+    """Run LAMMPS and record that this part is finished, with the files that it wrote and its cost.
 
-    `check` may refuse the files. The log of an earlier attempt at the part is kept beside the log of this `attempt`, if
-    there is one.
+    Parameters
+    ----------
+    work, attempt
+        The work folder, and the log of this attempt, if there is one: the log of an earlier attempt at the part is kept
+        beside it.
+    part, files
+        Name of the part, and of the files that it writes.
+    launcher, script, variables, progress
+        As `run_lammps` takes them.
+    check
+        Called when LAMMPS has ended; it may refuse the files.
+
+    Raises
+    ------
+    RunError
+        As `run_lammps`, and from `check`.
     """
     log = f"{part}.log"
     if attempt is not None and (work.path / log).exists():
         shutil.move(work.path / log, attempt.with_name(f"{attempt.stem}_found_{log}"))
     wall_s, cpu_s = time.perf_counter(), children_cpu_s()
-    result = run_lammps(launcher, script, variables, work.path, log, said)
+    result = run_lammps(launcher, script, variables, work.path, log, progress)
     check()
     spent = {"wall_s": time.perf_counter() - wall_s, "cpu_s": children_cpu_s() - cpu_s}
     work.record(part, [*files, log], spent)
@@ -93,9 +107,9 @@ def check_restart(restart: Path) -> None:
 
 @dataclass(frozen=True)
 class Opening:
-    """A part before the segments: `script` of scripts/lammps with `variables` of its own writes `file`.
+    """A part before the segments: `script` of scripts/lammps with further `variables` writes `file`.
 
-    `check` may refuse what it left.
+    `check` may refuse what the part wrote.
     """
 
     part: str
@@ -113,7 +127,7 @@ class Opening:
 class Chain:
     """The DEM of a slurry in the parts `openings`, then a segment between each two of `steps`.
 
-    `name` stands in what is said, `inputs` is the content of inputs.json. The last opening leaves step_<first>.restart,
+    `name` stands in messages, `inputs` is the content of inputs.json. The last opening leaves step_<first>.restart,
     of the first of `steps`; each segment leaves frames_<last>.dump and step_<last>.restart.
     """
 
@@ -170,15 +184,14 @@ class Chain:
             print(f"[{self.name}] goes on from step {done_steps} of {self.steps[-1]}")
         for opening in self.openings:
             if opening.part not in done:
-                own = {**variables, **opening.variables}
-                run_part(
-                    work, attempt, opening.part, [opening.file], launcher, opening.script, own, check=opening.check
-                )
-        progress = Progress(self.name, done_steps, self.steps[-1], print)
+                settings = {**variables, **opening.variables}
+                files = [opening.file]
+                run_part(work, attempt, opening.part, files, launcher, opening.script, settings, check=opening.check)
+        report = Progress(self.name, done_steps, self.steps[-1], print)
 
-        def said(step: int, density_g_cm3: float) -> None:
+        def progress(step: int, density_g_cm3: float) -> None:
             stop.reached(step)
-            progress(step, density_g_cm3)
+            report(step, density_g_cm3)
 
         logs = []
         for part, (first, last) in segments.items():
@@ -190,7 +203,7 @@ class Chain:
             files = [f"frames_{last}.dump", f"step_{last}.restart"]
             check = functools.partial(self._check_segment, work.path, first, last, frame_steps)
             try:
-                logs.append(run_part(work, attempt, part, files, launcher, "slurry.lmp", ends, said, check))
+                logs.append(run_part(work, attempt, part, files, launcher, "slurry.lmp", ends, progress, check))
             except RunError as error:
                 if stop.asked:  # a launcher passes the signal on, and LAMMPS ends by it
                     raise Unfinished(f"[{self.name}] stopped by {stop.asked}: {error}") from error
@@ -198,6 +211,6 @@ class Chain:
         return logs
 
     def _check_segment(self, work: Path, first: int, last: int, frame_steps: int) -> None:
-        """Refuse what a segment left, with RunError, if it is not complete or the contact history was not read."""
+        """Refuse the files of a segment, with RunError, if one is not complete or the contact history was not read."""
         check_written(work, last, (last - first) // frame_steps + (first == 0), self.inputs["particles"])
         refuse_lost_history(work / f"segment_{last}.log", work / f"step_{first}.restart")

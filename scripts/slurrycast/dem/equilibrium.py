@@ -1,4 +1,4 @@
-"""Whether and when a DEM run came to rest, judged by its density."""
+"""Whether and when a DEM run reached equilibrium, judged by its density."""
 
 from dataclasses import dataclass
 
@@ -16,10 +16,17 @@ class Equilibrium:
 
 
 def equilibrium(time_us: np.ndarray, density_g_cm3: np.ndarray) -> Equilibrium:
-    """Judge a run by its density (n,) at the times (n,).
+    """Drift of the density at the end of a run, and time to equilibrium.
 
-    The drift is that of the least-squares line through the last 10 % of the run, over that stretch. Time to equilibrium
-    is the first time from which density stays within 0.1 % of its last value.
+    Parameters
+    ----------
+    time_us, density_g_cm3
+        Times (rows,), rising, and the density at each of them.
+
+    Notes
+    -----
+    The drift is the change over the last 10 % of the run of the least-squares line through them. Time to equilibrium
+    is the first time from which density stays within BAND of its last value.
     """
     relative = density_g_cm3 / density_g_cm3[-1]
     end = time_us >= 0.9 * time_us[-1]

@@ -25,9 +25,18 @@ def largest_cutoff_um(types: Sequence[ParticleType], lennard_jones: Mapping) -> 
 def coefficients(types: Sequence[ParticleType], lennard_jones: Mapping) -> str:
     """LAMMPS `pair_coeff` lines for every i <= j.
 
-    Hybrid styles do not mix missing cross terms, so each pair is written out: eps_ij = e sqrt(d_i d_j) in fJ,
-    sigma_ij and cutoff as multiples of d_ij = (d_i + d_j) / 2 in um. The Hertz parameters are those of the pair style,
-    the same for all pairs.
+    Parameters
+    ----------
+    types
+        All particle types.
+    lennard_jones
+        Section force_field.lennard_jones of the configuration.
+
+    Notes
+    -----
+    Hybrid styles do not mix missing cross terms, so each pair is written out: eps_ij = e sqrt(d_i d_j) in fJ, sigma_ij
+    and cutoff as multiples of d_ij = (d_i + d_j) / 2 in um. The Hertz parameters are those of the pair style, the same
+    for all pairs.
     """
     lines = ["# pair_coeff i j style epsilon(fJ) sigma(um) cutoff(um)", "pair_coeff * * gran/hertz/history"]
     lines += [
@@ -52,6 +61,15 @@ def push_off_coefficients(types: Sequence[ParticleType]) -> str:
 def rayleigh_time_us(types: Sequence[ParticleType], normal_stiffness_kpa: float) -> float:
     """Shortest Rayleigh time of any particle type in us.
 
+    Parameters
+    ----------
+    types
+        All particle types.
+    normal_stiffness_kpa
+        k_n of the Hertzian contact.
+
+    Notes
+    -----
     T_R = pi R sqrt(rho / G) / (0.1631 nu + 0.8766) (Thornton & Randall 1988), with nu = 0.3 and the shear modulus
     G = 3/4 (1 - nu) k_n that follows from k_n = 4/3 E* of equal materials. kPa = pg/(um us2), so units cancel.
     """
@@ -64,6 +82,17 @@ def rayleigh_time_us(types: Sequence[ParticleType], normal_stiffness_kpa: float)
 def hertz_time_us(types: Sequence[ParticleType], normal_stiffness_kpa: float, impact_speed_um_us: float) -> float:
     """Shortest duration of a Hertzian contact of any pair in us.
 
+    Parameters
+    ----------
+    types
+        All particle types.
+    normal_stiffness_kpa
+        k_n of the Hertzian contact.
+    impact_speed_um_us
+        Relative speed v of the two particles.
+
+    Notes
+    -----
     T_H = 2.87 (m_eff^2 / (R_eff E*^2 v))^(1/5) (Johnson, Contact Mechanics, 1985, sect. 11.4) with E* = 3/4 k_n.
     """
     times = []

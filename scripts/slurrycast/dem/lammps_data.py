@@ -18,10 +18,20 @@ def write_data(
     lower_um: np.ndarray,
     edges_um: np.ndarray,
 ) -> None:
-    """Write a data file of `atom_style sphere`; ids count from 1 in the order of the arrays.
+    """Write a data file of `atom_style sphere`, from which float64 numbers read back the same.
 
-    `particle_type` (n,) are type numbers of `types`, `position_um` (n, 3) lies in the box with lower corner `lower_um`
-    (3,) and edges `edges_um` (3,). Numbers are written so that float64 reads back the same.
+    Parameters
+    ----------
+    path, title
+        The file, and the words at the start of its first line.
+    types
+        All particle types.
+    particle_type
+        Type number (n,) of each particle; ids count from 1 in this order.
+    position_um
+        Positions (n, 3) in um inside the box.
+    lower_um, edges_um
+        Lower corner (3,) and edges (3,) of the box in um.
     """
     upper_um = lower_um + edges_um
     bounds = [

@@ -78,7 +78,7 @@ class _Lines:
 
 def _is_row(line: str, columns: int) -> bool:
     try:
-        # The parser of the whole table: float() is more lenient (it takes 1_0).
+        # As for the whole table: float() accepts more, such as 1_0.
         values = np.loadtxt([line], comments=None) if line.strip() else np.empty(0)
     except ValueError:
         return False

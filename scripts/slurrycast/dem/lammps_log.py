@@ -1,4 +1,4 @@
-"""LAMMPS logs: the thermo table, what the run says of itself, and whether it can be trusted."""
+"""LAMMPS logs: version, ranks and thermo table of a process, and whether it finished without error."""
 
 import re
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ def read_log(path: str | Path) -> Log:
     """Read the log of a process that should have finished well.
 
     RunError, with LAMMPS' own message and the place of the log, if it holds an ERROR (lost particles are one), NaN or
-    infinite thermo values, or lacks the end marker: the exit code alone does not tell.
+    infinite thermo values, or lacks the end marker: the exit code alone does not show these.
     """
     path = Path(path)
     try:

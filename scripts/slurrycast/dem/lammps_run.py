@@ -1,4 +1,4 @@
-"""Start LAMMPS, watch it and judge its log."""
+"""Start LAMMPS, follow its progress and check its log."""
 
 import contextlib
 import os
@@ -69,7 +69,7 @@ def steps_per_frame(dem: Mapping) -> int:
 
 
 class Progress:
-    """Says now and then how far a run is: `say` gets one line."""
+    """Reports at intervals how far a run is: `say` is called with one line."""
 
     def __init__(self, name: str, first: int, last: int, say: Callable[[str], None], every_s: float = 5.0) -> None:
         self._name, self._first, self._last, self._say, self._every_s = name, first, last, say, every_s
@@ -96,11 +96,26 @@ def run_lammps(
     log: str,
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Run `script` (of scripts/lammps) with `variables` in `folder` and return its log, read from `folder`/`log`.
+    """Run LAMMPS and return its log.
 
-    `progress` is called with step and density for each line of the thermo table as it is printed. RunError if the log
-    shows a failure, or a processor grid that is not the ranks asked for: some launchers start N copies of one rank,
-    which then overwrite each other's files.
+    Parameters
+    ----------
+    launcher
+        How LAMMPS is started.
+    script, variables
+        Name of a script in scripts/lammps, and the variables that it is given with -var.
+    folder, log
+        Folder in which it runs, and the name of its log there.
+    progress
+        Called with step and density for each line of the thermo table as it is printed.
+
+    Raises
+    ------
+    RunError
+        If LAMMPS fails, or its processor grid is not the ranks asked for: some launchers start N copies of one rank,
+        which then overwrite each other's files.
+    InputError
+        If LAMMPS or the launcher cannot be found.
     """
     settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
@@ -138,7 +153,7 @@ def run_lammps(
 
 
 def _cause(folder: Path) -> str:
-    """What LAMMPS may not have said: that its disk is full or its folder gone."""
+    """A cause that LAMMPS may not name: that its disk is full or its folder gone."""
     if not folder.exists():
         return "; the work folder is gone"
     return "; the disk is full" if shutil.disk_usage(folder).free < DISK_FULL_BYTES else ""
@@ -186,12 +201,24 @@ def continue_dem(
     variables: Mapping[str, object],
     progress: Callable[[int, float], None] | None = None,
 ) -> Log:
-    """Go on with the DEM of a slurry from `restart` by `script` (of scripts/lammps) in `folder`.
+    """Continue the DEM of a slurry from a restart file.
 
-    What it writes is there, its log by the script's name. `inputs` is the content of the
-    slurry's inputs.json. `variables` are those of the script that its physics leave open (round_steps, max_rounds,
-    ...), and any that are to replace the physics. RunError as of `run_lammps`, and if LAMMPS dropped the contact
-    history that the restart file holds.
+    Parameters
+    ----------
+    script, launcher, folder, progress
+        As `run_lammps` takes them; the log has the name of the script.
+    inputs
+        Content of the slurry's inputs.json.
+    restart, coefficients
+        Restart file, and the pair coefficients of the slurry.
+    variables
+        Variables of the script that the physics of the slurry leaves open (round_steps, max_rounds, ...), and any that
+        replace the physics.
+
+    Raises
+    ------
+    RunError
+        As `run_lammps`, and if LAMMPS dropped the contact history that the restart file holds.
     """
     physics = inputs["physics"]
     shutil.copyfile(restart, folder / "start.restart")

@@ -68,7 +68,7 @@ def _whole_shares(total: int, shares: Sequence[float]) -> np.ndarray:
 
 
 def particle_counts(types: Sequence[ParticleType], mass_pg: float) -> np.ndarray:
-    """Particles of each type in a slurry of `mass_pg`: array (types,) of whole numbers.
+    """Number of particles of each type, (types,), in a slurry of `mass_pg`.
 
     A phase of weight fraction w and mean particle mass m (over its number fractions) gets the whole number nearest to
     w mass_pg / m; its classes share that number by number fraction.
@@ -84,7 +84,7 @@ def particle_counts(types: Sequence[ParticleType], mass_pg: float) -> np.ndarray
 
 
 def mass_fractions(types: Sequence[ParticleType], counts: np.ndarray) -> dict[str, float]:
-    """Mass fraction of each phase that whole particles reach."""
+    """Mass fraction of each phase in a slurry with these numbers of particles (types,)."""
     masses = counts * np.array([t.mass_pg for t in types])
     phases = dict.fromkeys(t.phase for t in types)
     return {phase: float(masses[[t.phase == phase for t in types]].sum() / masses.sum()) for phase in phases}

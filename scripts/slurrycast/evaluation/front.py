@@ -7,7 +7,7 @@ import pandas as pd
 
 from slurrycast.evaluation.noise import BAND_SDS
 
-REFERENCE = "early_dem"  # the DEM hurried on from the last input frame: what a user would do without any of this
+REFERENCE = "early_dem"  # the DEM continued with a faster barostat: what a user would do without any surrogate
 ERRORS = ("mse_um2", "density_error", "rdf_error")
 KEYS = ("surrogate", "input_last_frame", "slurry")
 
@@ -27,10 +27,21 @@ def structure_error_columns(structure_errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def front(speedup: pd.DataFrame, structure_errors: pd.DataFrame, last_frames: Mapping[str, int]) -> pd.DataFrame:
-    """Rows of tables/front.csv: surrogate, input_last_frame, slurry, cost_share_of_full_dem, density_error, rdf_error.
+    """Cost and structural errors of every surrogate and slurry.
 
-    `speedup` are rows of `speedup.compare_costs` on one clock, `last_frames` the number of each surrogate's last input
-    frame. Only slurries with a full DEM and a structure to compare have a row.
+    Parameters
+    ----------
+    speedup
+        Rows of `speedup.compare_costs` on one clock.
+    structure_errors
+        tables/structure_errors.csv.
+    last_frames
+        Number of each surrogate's last input frame.
+
+    Returns
+    -------
+    Rows of tables/front.csv: surrogate, input_last_frame, slurry, cost_share_of_full_dem, density_error, rdf_error, for
+    the slurries with a full DEM and a structure to compare.
     """
     shares = speedup.assign(
         input_last_frame=speedup.surrogate.map(last_frames), cost_share_of_full_dem=speedup.hybrid / speedup.dem
@@ -51,18 +62,21 @@ def with_relative_mse(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.Data
 
 
 def mean_front(table: pd.DataFrame) -> pd.DataFrame:
-    """Mean of cost and all errors over the slurries of tables/front.csv, one row a surrogate in order of cost.
+    """Mean of cost and all errors over the slurries of tables/front.csv, one row for each surrogate in order of cost.
 
-    Every row stands for the same slurries: those that every surrogate has.
+    Every row is the mean over the same slurries: those that every surrogate has.
     """
-    common = set.intersection(*(set(own.slurry) for _, own in table.groupby("surrogate")))
+    common = set.intersection(*(set(rows.slurry) for _, rows in table.groupby("surrogate")))
     means = table[table.slurry.isin(common)].groupby(["surrogate", "input_last_frame"], sort=False)
     means = means[[column for column in table if column not in KEYS]].mean().reset_index()
     return means.sort_values("cost_share_of_full_dem", ignore_index=True)
 
 
 def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Mark (n,) the points of which no other is at most as dear and at most as wrong, and better in one of the two."""
+    """Mark (n,) the points that no other one dominates; cost and error are (n,).
+
+    A point dominates another one if neither its cost nor its error is larger, and one of the two is smaller.
+    """
     cost, error = np.asarray(cost), np.asarray(error)
     no_worse = (cost[:, None] >= cost) & (error[:, None] >= error)
     better = (cost[:, None] > cost) | (error[:, None] > error)
@@ -70,7 +84,7 @@ def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def on_front(cost_share: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Mark (n,) the surrogates that neither another one nor the full DEM dominates, which costs 1 and errs by 0."""
+    """Mark (n,) the surrogates that neither another one nor the full DEM, with a cost of 1 and no error, dominates."""
     return non_dominated(np.append(cost_share, 1.0), np.append(error, 0.0))[:-1]
 
 
@@ -84,7 +98,7 @@ def equilibrium_share(speedup: pd.DataFrame, slurries: Collection[str], clock: s
 
 
 def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> dict[str, float]:
-    """What two DEM runs with other seeds differ by, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
+    """Difference of two DEM runs with other seeds, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
 
     NaN where tables/structure_errors.csv has no replica_sd.
     """
@@ -97,18 +111,31 @@ def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> d
 
 
 def is_reference(label: str) -> bool:
-    """Whether `label` is one of the hurried DEM."""
+    """Whether `label` is one of the DEM continued with a faster barostat."""
     return label == REFERENCE or label.startswith(f"{REFERENCE}_")
 
 
 def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, float], str]:
-    """Errors of the hurried DEM at equal `cost`, and a note.
+    """Errors of the DEM with a faster barostat at equal cost, and a note.
 
-    `reference` are its points for one slurry, of all dampings and input frames: cost_share_of_full_dem and ERRORS. The
-    curve through them is their lower envelope: at the cost of each point stand the errors of the one with the lowest
-    MSE that costs at most as much; in between it is linear in log cost. Outside of their range, the errors are those at
-    its nearer end, and the note says on which side. Returned are cost_share, where on the curve they are taken, and
-    ERRORS; all NaN without any point.
+    Parameters
+    ----------
+    cost
+        Cost as a share of the full DEM.
+    reference
+        Points of the DEM with a faster barostat for one slurry, of all dampings and input frames:
+        cost_share_of_full_dem and ERRORS.
+
+    Returns
+    -------
+    cost_share, the cost at which the errors are taken, and ERRORS; all NaN without any point. The note says on which
+    side `cost` is outside the range of the points, if it is.
+
+    Notes
+    -----
+    The curve through the points is their lower envelope: at the cost of each point, it has the errors of the point with
+    the lowest MSE that costs no more; in between it is linear in log cost. Outside the range, the errors are those at
+    the nearer end.
     """
     reference = reference.dropna(subset="mse_um2").sort_values("cost_share_of_full_dem", ignore_index=True)
     if reference.empty:
@@ -116,30 +143,28 @@ def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, f
     costs = reference.cost_share_of_full_dem.to_numpy()
     lowest = [reference.mse_um2[: place + 1].idxmin() for place in reference.index]
     nearest = float(np.clip(cost, costs[0], costs[-1]))
-    found = {name: float(np.interp(np.log(nearest), np.log(costs), reference[name][lowest])) for name in ERRORS}
+    errors = {name: float(np.interp(np.log(nearest), np.log(costs), reference[name][lowest])) for name in ERRORS}
     note = ""
     if cost != nearest:
         note = f"{'cheaper' if cost < nearest else 'dearer'} than any {REFERENCE}"
-    return {"cost_share": nearest} | found, note
+    return {"cost_share": nearest} | errors, note
 
 
 def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
-    """Every other surrogate beside the hurried DEM of the same slurry at equal cost, end to end.
+    """Every other surrogate beside the DEM with a faster barostat of the same slurry at equal cost, end to end.
 
     `front_table` is tables/front.csv, `skill` tables/skill.csv. Columns: surrogate, slurry, cost_share_of_full_dem,
     early_dem_cost_share, each of ERRORS and early_dem_<error>, note; see `reference_at_cost`.
     """
     points = front_table.merge(skill[["surrogate", "slurry", "mse_um2"]], on=["surrogate", "slurry"], how="left")
-    hurried = points.surrogate.map(is_reference).astype(bool)
+    faster = points.surrogate.map(is_reference).astype(bool)
     rows = []
-    for point in points[~hurried].itertuples():
-        theirs, note = reference_at_cost(
-            point.cost_share_of_full_dem, points[hurried & (points.slurry == point.slurry)]
-        )
+    for point in points[~faster].itertuples():
+        beside, note = reference_at_cost(point.cost_share_of_full_dem, points[faster & (points.slurry == point.slurry)])
         row = {name: getattr(point, name) for name in ("surrogate", "slurry", "cost_share_of_full_dem")}
-        row[f"{REFERENCE}_cost_share"] = theirs["cost_share"]
+        row[f"{REFERENCE}_cost_share"] = beside["cost_share"]
         for name in ERRORS:
-            row |= {name: getattr(point, name), f"{REFERENCE}_{name}": theirs[name]}
+            row |= {name: getattr(point, name), f"{REFERENCE}_{name}": beside[name]}
         rows.append(row | {"note": note})
     columns = ["surrogate", "slurry", "cost_share_of_full_dem", f"{REFERENCE}_cost_share"]
     columns += [column for name in ERRORS for column in (name, f"{REFERENCE}_{name}")]

@@ -1,7 +1,7 @@
-"""Noise of the DEM itself, in which errors are given: spread of replicas, floor of perturbed runs, and the skill.
+"""Noise of the DEM itself, the unit of errors: spread of replicas, floor of perturbed runs, and the skill.
 
 Replicas are DEM runs of one slurry with other seeds; a perturbed run is a DEM run continued from the last input frame
-with positions moved by a hair. Both exist for a few slurries; other sizes are scaled from the nearer one of them.
+with positions displaced by a tiny length. Both exist for a few slurries; other sizes are scaled from the nearest one.
 """
 
 import re
@@ -40,7 +40,7 @@ def mean_and_sd(values: Sequence[float]) -> tuple[float, float]:
 
 
 def rdf_difference(a: pd.DataFrame, b: pd.DataFrame) -> float:
-    """Mean of |g_a - g_b| over the bins that both curves (columns r_um, g) have; both start at 0.
+    """Mean of |g_a - g_b| over the bins that both curves (columns r_um, g; from r = 0) have.
 
     InputError if their bins are not equally wide.
     """
@@ -62,11 +62,9 @@ def rdf_spread(curves: Sequence[pd.DataFrame]) -> tuple[float, float]:
 def final_deviation_um(structure: FrameStore, dem: FrameStore, frame: int) -> np.ndarray:
     """Deviation (n, 3) in um of the last frame of `structure` from `frame` of the DEM, each in its own box.
 
-    The primary frame of reference: `errors.deviation_um`. InputError if the particles are not the same.
+    As `errors.deviation_um`. InputError if the particles are not the same.
     """
-    slurry = structure.attributes["slurry"]
-    if slurry != dem.attributes["slurry"] or not np.array_equal(structure.particles.id, dem.particles.id):
-        raise InputError(f"{structure.path}: slurry {slurry}, not the particles of {dem.path}")
+    structure.check_same_particles(dem)
     return deviation_um(dem.position_um(frame), structure.position_um(structure.last))
 
 
@@ -76,17 +74,18 @@ def final_mse_um2(structure: FrameStore, dem: FrameStore, frame: int) -> float:
 
 
 def skill(mse_um2: float, mse_affine_um2: float, floor_um2: float) -> float:
-    """1 - (MSE - floor) / (MSE of affine - floor): 0 as good as the affine map, 1 at the limit, negative if worse.
+    """Skill of a prediction: 1 - (MSE - floor) / (MSE of affine - floor).
 
-    NaN if the affine map itself is at the limit, where nothing is left to win.
+    It is 0 for a prediction as good as the affine map, negative for a worse one, and 1 at the limit that the DEM sets.
+    NaN if the affine map itself is at the limit.
     """
-    to_win_um2 = mse_affine_um2 - floor_um2
-    return 1 - (mse_um2 - floor_um2) / to_win_um2 if to_win_um2 > 0 else np.nan
+    room_um2 = mse_affine_um2 - floor_um2
+    return 1 - (mse_um2 - floor_um2) / room_um2 if room_um2 > 0 else np.nan
 
 
 @dataclass(frozen=True)
 class Noise:
-    """tables/noise.csv, asked for slurries of any size."""
+    """tables/noise.csv, and what follows from it for slurries of any size."""
 
     path: Path
     table: pd.DataFrame
@@ -107,11 +106,23 @@ class Noise:
         return float(row["sd"] * np.sqrt(row["particles"] / particles))
 
     def rdf_spread(self, pair: str, particles: int, replica_curves: Mapping, bins: int) -> float:
-        """Mean difference of g(r) of `pair` between two DEM runs of `particles` particles, over the first `bins` bins.
+        """Mean difference of g(r) of a pair between two DEM runs of one slurry.
 
-        `replica_curves` has the curves (columns r_um, g) of all replicas by (replicated slurry, pair). Those of the
-        nearest size are taken, over all of the bins that they reach, and scaled with particles^-1/2. The mean in the
-        table is over another range: noise falls with r, as shells hold more particles. InputError without curves.
+        Parameters
+        ----------
+        pair, particles
+            Name of the pair, and the number of particles of the slurry.
+        replica_curves
+            Curves (columns r_um, g) of all replicas by (replicated slurry, pair). Those of the nearest size are
+            taken and scaled with particles^-1/2.
+        bins
+            Number of bins from r = 0 that are compared, as far as the replicas reach. The mean in the table is over
+            another range: noise falls with r, as shells hold more particles.
+
+        Raises
+        ------
+        InputError
+            If there are less than two curves.
         """
         row = self._nearest(f"{RDF_PREFIX}{pair}", particles)
         curves = replica_curves.get((row["slurry"], pair), [])

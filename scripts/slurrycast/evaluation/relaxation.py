@@ -1,4 +1,4 @@
-"""How long a prediction has to be relaxed until it cannot be told from another run of the DEM. Pure tables."""
+"""How long a prediction must be relaxed until it looks like another run of the DEM. Pure tables."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Structure:
-    """What counts of a structure: density in g/cm3, and the RDF of all particles (columns r_um, g)."""
+    """The quantities of a structure that are compared: density, and the RDF of all particles (columns r_um, g)."""
 
     density_g_cm3: float
     curve: pd.DataFrame
@@ -30,13 +30,30 @@ def relaxation_errors(
     replica_curves: Mapping,
     rdf_tolerance: float,
 ) -> pd.DataFrame:
-    """Errors of one prediction after each number of steps in `relaxed`, in order, beside the `dem` of its slurry.
+    """Errors of one prediction after relaxations of several lengths, beside the DEM of its slurry.
 
-    Columns: steps; density_error, density / density of the DEM - 1; density_in_sd, its size over the standard deviation
-    of replicas; rdf_in_spread, the mean |g - g_dem| over the mean difference between two replicas; within_band, whether
-    the former is at most BAND_SDS and the latter at most `rdf_tolerance`. All curves count the same bins, those that
-    each of them has: the noise of g falls with r. `replica_curves` are those of `Noise.rdf_spread`. A scatter of zero
-    is none to measure by: what it divides is NaN then, and not within the band.
+    Parameters
+    ----------
+    relaxed
+        Structure after each number of steps.
+    dem, particles
+        End of the DEM, and its number of particles.
+    noise, replica_curves
+        Noise of the DEM, and curves of replicas as `Noise.rdf_spread` takes them.
+    rdf_tolerance
+        Largest RDF difference within the band, in mean differences between two replicas.
+
+    Returns
+    -------
+    One row for each number of steps, rising, with the columns steps; density_error, density / density of the DEM - 1;
+    density_in_sd, its absolute value over the standard deviation of replicas; rdf_in_spread, the mean |g - g_dem| over
+    the mean difference between two replicas; and within_band, whether density_in_sd is at most BAND_SDS and
+    rdf_in_spread at most `rdf_tolerance`.
+
+    Notes
+    -----
+    All curves are cut to the bins that each of them has, because the noise of g falls with r. A scatter of zero is no
+    unit: the quotient is NaN then, and not within the band.
     """
     bins = min(len(structure.curve) for structure in (dem, *relaxed.values()))
     spread = noise.rdf_spread("all", particles, replica_curves, bins) or np.nan
@@ -61,14 +78,14 @@ def relaxation_errors(
 def enough_steps(table: pd.DataFrame) -> dict[str, list[int]]:
     """Numbers of steps by surrogate, rising, after which all slurries are within the band; `table` is relaxation.csv.
 
-    They may end before the most that were tried: a prediction that is dense enough only becomes denser with further
-    steps, until the DEM's density is left behind.
+    The largest number tried need not be among them: each step makes a prediction denser, until it leaves the density
+    of the DEM behind.
     """
-    found = {}
-    for surrogate, own in table.groupby("surrogate", sort=False):
-        within = own.groupby("steps").within_band.all().sort_index()
-        found[str(surrogate)] = [int(steps) for steps in within.index[within]]
-    return found
+    enough = {}
+    for surrogate, rows in table.groupby("surrogate", sort=False):
+        within = rows.groupby("steps").within_band.all().sort_index()
+        enough[str(surrogate)] = [int(steps) for steps in within.index[within]]
+    return enough
 
 
 def mean_errors(table: pd.DataFrame, column: str, surrogates: Sequence[str]) -> pd.DataFrame:

@@ -1,17 +1,21 @@
-"""What the hybrid chain costs for one slurry end to end, against the full DEM and against the DEM up to equilibrium.
+"""The cost of the hybrid chain for one slurry, end to end, against the full DEM and the DEM up to equilibrium.
 
-A user who has a new slurry pays for all of HYBRID_PARTS; the DEM that it stands in for needs the inputs as well. What
-is paid once, training and the DEM of the training slurries, is counted apart (`scaling`).
+A user who has a new slurry pays for all of HYBRID_PARTS; the DEM that they replace needs the inputs as well. Costs that
+are paid once, those of the training and of the DEM of the training slurries, are counted separately (`scaling`).
 """
 
 import argparse
-from collections.abc import Collection, Mapping
+import json
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import asdict
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.power_law import power_law
+from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError
 
 # parts of a hybrid run in the order of the workflow: stage in the cost table, name in figures and tables
@@ -38,6 +42,17 @@ def label_and_steps(word: str) -> tuple[str, int]:
     return label, int(steps)
 
 
+def read_costs(paths: Iterable[Path]) -> pd.DataFrame:
+    """Cost records (JSON) as rows of tables/cost.csv."""
+    return pd.DataFrame([asdict(read_cost(path)) for path in paths])
+
+
+def read_runs(paths: Iterable[Path]) -> dict[str, dict]:
+    """Content of each run.json by slurry."""
+    runs = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    return {run["slurry"]: run for run in runs}
+
+
 def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
     """Seconds on `clock` that LAMMPS spent on a DEM run up to step `steps`, push-off and every start included.
 
@@ -51,10 +66,17 @@ def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
 
 
 def extraction_seconds(recorded_s: float, smallest_s: float, run: Mapping, steps: int) -> float:
-    """Seconds that the frames up to step `steps` take of an extraction of all frames, which took `recorded_s`.
+    """Upper bound of the seconds that the extraction of the frames up to a step takes.
 
-    Counted are their share of the frames and the start-up of the program. The latter is not recorded; `smallest_s`, the
-    cheapest extraction of the run, is an upper bound of it, and so is the result of what a user pays.
+    Parameters
+    ----------
+    recorded_s
+        Seconds that the extraction of all frames took.
+    smallest_s
+        Seconds of the cheapest extraction of the run: an upper bound of the start-up of the program, which is not
+        recorded.
+    run, steps
+        Content of run.json, and the step. Their share of the frames is added to the start-up.
     """
     frames = run["frames_written"]
     share = ((frames - 1) * steps / run["steps"] + 1) / frames
@@ -75,15 +97,33 @@ def compare_costs(
     input_steps: Mapping[str, int],
     clock: str = "wall_s",
 ) -> pd.DataFrame:
-    """Seconds of each part for every slurry that went through the hybrid chain, in the order of `equilibrium`.
+    """Seconds of each part of the hybrid chain and of the DEM.
 
-    `costs` are rows of tables/cost.csv, `equilibrium` is tables/equilibrium.csv, `runs` the content of run.json by
-    slurry, `input_steps` the DEM step of the last input frame by surrogate; `clock` is wall_s or cpu_s. Columns:
-    surrogate, slurry, clock, particles, one a stage of HYBRID_PARTS, hybrid (their sum), dem (full run, inputs
-    included), dem_to_equilibrium (the same), ratio (dem / hybrid), ratio_to_equilibrium. dem and ratio are NaN for
-    slurries of role new, whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN for these
-    too, and for slurries with a warning, which are not in equilibrium at their end. InputError if a cost or a step is
-    missing.
+    Parameters
+    ----------
+    costs
+        Rows of tables/cost.csv.
+    equilibrium
+        tables/equilibrium.csv.
+    runs
+        Content of run.json by slurry.
+    input_steps
+        DEM step of the last input frame by surrogate.
+    clock
+        wall_s or cpu_s.
+
+    Returns
+    -------
+    One row for each surrogate and slurry that went through the hybrid chain, in the order of `equilibrium`, with the
+    columns surrogate, slurry, clock, particles, one for each stage of HYBRID_PARTS, hybrid (their sum), dem (full run,
+    inputs included), dem_to_equilibrium (the same), ratio (dem / hybrid) and ratio_to_equilibrium. dem and ratio are
+    NaN for slurries of role new, whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN
+    for these too, and for slurries with a warning, which are not in equilibrium at their end.
+
+    Raises
+    ------
+    InputError
+        If a cost or a step is missing.
     """
     rows = []
     relaxations = costs[costs.stage == "relax_slurry"]
@@ -93,8 +133,8 @@ def compare_costs(
             raise InputError(f"surrogate {surrogate}: no step of the last input frame is given for it")
         relaxed = set(relaxations.slurry[relaxations.surrogate == surrogate])
         for slurry in equilibrium[equilibrium.slurry.isin(relaxed)].itertuples():
-            own = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
-            seconds = own.groupby("stage")[clock].sum()
+            records = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
+            seconds = records.groupby("stage")[clock].sum()
             missing = [part for part in HYBRID_PARTS if part not in (*seconds.index, "run_slurry_to_input")]
             if missing:
                 raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
@@ -129,7 +169,7 @@ def exponent(particles: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
     """
     if len(particles) < FEWEST_TO_FIT or np.max(particles) < SPAN_TO_FIT * np.min(particles):
         return np.nan, np.nan
-    return power_law(np.asarray(particles), np.asarray(seconds))
+    return power_law(particles, seconds)
 
 
 def slurries_to_pay(spent_s: float, saved_s: float) -> float:
@@ -141,56 +181,70 @@ def slurries_to_pay(spent_s: float, saved_s: float) -> float:
 
 def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
     """Seconds that `surrogate` was trained or fitted; NaN if its model came from elsewhere, 0 if `costs` hold none."""
-    own = costs[costs.surrogate == surrogate]
-    if (own.stage == "adopt_model").any():
+    records = costs[costs.surrogate == surrogate]
+    if (records.stage == "adopt_model").any():
         return np.nan
-    return float(own.loc[own.stage.isin(TRAINING_STAGES), clock].sum())
+    return float(records.loc[records.stage.isin(TRAINING_STAGES), clock].sum())
 
 
 def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: str) -> float:
-    """Seconds that the `training` slurries took, from their inputs to what they give together.
+    """Seconds that the `training` slurries took, from their inputs to the training set.
 
     InputError if a record is missing.
     """
-    of_a_slurry = costs[costs.stage.isin(TRAINING_SLURRY_STAGES)]
-    recorded = set(zip(of_a_slurry.slurry, of_a_slurry.stage, strict=True))
+    records = costs[costs.stage.isin(TRAINING_SLURRY_STAGES)]
+    recorded = set(zip(records.slurry, records.stage, strict=True))
     for slurry, stage in product(training, TRAINING_SLURRY_STAGES):
         if (slurry, stage) not in recorded:
             raise InputError(f"training slurry {slurry}: no cost of {stage}")
-    paid = of_a_slurry[of_a_slurry.slurry.isin(training)][clock].sum()
+    paid = records[records.slurry.isin(training)][clock].sum()
     return float(paid + costs.loc[costs.stage.isin(DATASET_STAGES), clock].sum())
 
 
 def scaling(
     speedup: pd.DataFrame, costs: pd.DataFrame, roles: Mapping[str, str], learns_from_dem: Collection[str]
 ) -> pd.DataFrame:
-    """How costs grow with size and when the training is paid back: one row a surrogate and clock of `speedup`.
+    """How costs grow with size, and when the training is paid back.
 
-    `speedup` are rows of `compare_costs`, `costs` cost records, `roles` the role of each slurry, `learns_from_dem` the
-    surrogates that need the training slurries. Columns: surrogate, clock, slurries (those with a full DEM, over which
-    exponents are taken), fewest_particles, most_particles, hybrid_exponent and dem_exponent, each with its standard
-    error (_se), training_s and training_dem_s (both NaN for a model that came from elsewhere), saved_s_per_slurry
-    (median of dem - hybrid over those of role test), slurries_to_pay_training, slurries_to_pay_training_and_dem.
+    Parameters
+    ----------
+    speedup
+        Rows of `compare_costs`.
+    costs
+        Cost records.
+    roles
+        Role of each slurry.
+    learns_from_dem
+        The surrogates that need the training slurries.
+
+    Returns
+    -------
+    One row for each surrogate and clock of `speedup` with the columns surrogate, clock, slurries (those with a full
+    DEM, over which exponents are taken), fewest_particles, most_particles, hybrid_exponent and dem_exponent, each with
+    its standard error (_se), training_s and training_dem_s (both NaN for a model that came from elsewhere),
+    saved_s_per_slurry (median of dem - hybrid over those of role test), slurries_to_pay_training and
+    slurries_to_pay_training_and_dem.
     """
     training = [slurry for slurry, role in roles.items() if role == "train"]
     rows = []
-    for (surrogate, clock), own in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
+    for (surrogate, clock), compared in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
         training_s = training_seconds(costs, surrogate, clock)
         dem_s = 0.0
         if surrogate in learns_from_dem:
             dem_s = np.nan if np.isnan(training_s) else training_dem_seconds(costs, training, clock)
-        test = own[own.slurry.map(roles) == "test"]
+        test = compared[compared.slurry.map(roles) == "test"]
         saved_s = float((test.dem - test.hybrid).median())
         exponents = {}
         for name in ("hybrid", "dem"):
-            exponents[f"{name}_exponent"], exponents[f"{name}_exponent_se"] = exponent(own.particles, own[name])
+            fit = exponent(compared.particles.to_numpy(), compared[name].to_numpy())
+            exponents |= dict(zip((f"{name}_exponent", f"{name}_exponent_se"), fit, strict=True))
         rows.append(
             {
                 "surrogate": surrogate,
                 "clock": clock,
-                "slurries": len(own),
-                "fewest_particles": own.particles.min(),
-                "most_particles": own.particles.max(),
+                "slurries": len(compared),
+                "fewest_particles": compared.particles.min(),
+                "most_particles": compared.particles.max(),
                 **exponents,
                 "training_s": training_s,
                 "training_dem_s": dem_s,

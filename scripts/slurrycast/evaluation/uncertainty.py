@@ -1,13 +1,13 @@
-"""How far the spread that a surrogate gives can be trusted: does it rank the errors, and which intervals does it make?
+"""How reliable the spread that a surrogate gives is: does it rank the errors, and what do its intervals cover?
 
-A spread is the standard deviation expected of each coordinate. It is calibrated on the validation slurries: the factor
-of a level is the one by which spreads have to be multiplied so that |error| <= factor x spread holds for that share of
-coordinates. The quantile is that of split conformal prediction with the score |error| / spread (Angelopoulos & Bates,
-arXiv:2107.07511, sections 1 and 2.3), each validation slurry with the same weight.
+A spread is the standard deviation expected of each coordinate. It is calibrated on the validation slurries: spreads are
+multiplied by a factor for each level so that |error| <= factor x spread holds for that share of the coordinates. The
+quantile is that of split conformal prediction with the score |error| / spread (Angelopoulos & Bates, arXiv:2107.07511,
+sections 1 and 2.3), each validation slurry with the same weight.
 
-What conformal prediction promises, it promises for further coordinates of the same slurries. For those of another
-slurry, 90 % can only be promised from 9 validation slurries on (Lee, Barber & Willett, arXiv:2306.06342), so the
-coverage on the test slurries is measured.
+The guarantee of conformal prediction is for further coordinates of the same slurries. For those of another slurry, a
+level of 90 % needs at least 9 validation slurries (Lee, Barber & Willett, arXiv:2306.06342), so the coverage on the
+test slurries is measured.
 """
 
 import json
@@ -27,7 +27,7 @@ _ROUNDING = 1e-12  # of sums of weights, far below the weight of one coordinate
 
 @dataclass(frozen=True)
 class Judged:
-    """A prediction beside its outcome: spread_um and error_um, both (n, 3)."""
+    """A prediction with its error: spread_um and error_um, both (n, 3)."""
 
     surrogate: str
     slurry: str
@@ -56,26 +56,40 @@ def judge(predicted: FrameStore, dem: FrameStore, target_frame: int) -> Judged:
 
 def read_judged(predicted: Sequence[Path], dem: Sequence[Path], target_frame: int) -> list[Judged]:
     """`judge` each predicted structure by the DEM frames in the same place. InputError if a file is not readable."""
-    found = []
+    judged = []
     for predicted_path, dem_path in zip(predicted, dem, strict=True):
         with read_frames(predicted_path) as structure, read_frames(dem_path) as run:
-            found.append(judge(structure, run, target_frame))
-    return found
+            judged.append(judge(structure, run, target_frame))
+    return judged
 
 
 # ---- calibration
 
 
 def conformal_factor(scores: Sequence[np.ndarray], level: float) -> float:
-    """Smallest score that the share `level` of coordinates does not exceed; `scores` holds one array a slurry.
+    """Smallest score that the share `level` of coordinates does not exceed.
 
-    Of N coordinates in m slurries, each has the weight N / (N + 1) / (m n) in a slurry of n coordinates; the rest,
-    1 / (N + 1), is that of the coordinate to come, which may be beyond all. For one slurry this is the score of rank
-    ceil((N + 1) level). InputError if there are too few coordinates for the level.
+    Parameters
+    ----------
+    scores
+        Scores |error| / spread, one array (coordinates,) for each slurry.
+    level
+        Share of the coordinates, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If there are too few coordinates for the level.
+
+    Notes
+    -----
+    Of N coordinates in m slurries, each has the weight N / (N + 1) / (m n) in a slurry of n coordinates. The rest,
+    1 / (N + 1), is the weight of the next coordinate, whose score may exceed all. For one slurry this is the score of
+    rank ceil((N + 1) level).
     """
     everything = np.concatenate(scores)
     total = len(everything)
-    weights = np.concatenate([np.full(len(own), total / (total + 1) / len(scores) / len(own)) for own in scores])
+    weights = np.concatenate([np.full(len(one), total / (total + 1) / len(scores) / len(one)) for one in scores])
     order = np.argsort(everything, kind="stable")
     place = np.searchsorted(np.cumsum(weights[order]), level - _ROUNDING)
     if place == total:
@@ -169,10 +183,19 @@ def rank_correlation(spread_um: np.ndarray, error_um: np.ndarray) -> float:
 
 
 def binned_um(spread_um: np.ndarray, error_um: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Root mean squares of spread and of error of equally many coordinates each, in the order of the spread: (bins,).
+    """Root mean squares of spread and of error in bins of equally many coordinates, in the order of the spread.
 
-    They are equal where spreads are standard deviations (Levi et al., arXiv:1905.11659). Fewer bins if there are not
-    as many coordinates.
+    Parameters
+    ----------
+    spread_um, error_um
+        Spread and error in um, both (n, 3).
+    bins
+        Number of bins; fewer if there are not as many coordinates.
+
+    Returns
+    -------
+    Both root mean squares (bins,) in um. They are equal where spreads are standard deviations (Levi et al.,
+    arXiv:1905.11659).
     """
     spread_um, error_um = spread_um.ravel(), error_um.ravel()
     parts = np.array_split(np.argsort(spread_um, kind="stable"), min(bins, len(spread_um)))
