@@ -10,34 +10,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.data.frames import Frame, Particles, write_frames
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.costs import Cost, read_cost
 from slurrycast.runtime.files import write_text
+from structures import frame, particles, write_store
 
 PHASES = ("BDPD", "NiO", "8YSZ")
 N = 150
 EDGES_UM = np.array([6.0, 6.0, 12.0])
-
-
-def particles() -> Particles:
-    """150 particles of 2 pg, 50 of each phase."""
-    phase = np.repeat([1, 2, 3], N // 3)
-    return Particles(
-        id=np.arange(1, N + 1),
-        type=phase,
-        phase=phase,
-        size_class=np.ones(N, dtype=int),
-        radius_um=np.full(N, 0.4),
-        mass_pg=np.full(N, 2.0),
-        phase_names=PHASES,
-    )
-
-
-def frame(number: int, position_um: np.ndarray, edges_um: np.ndarray) -> Frame:
-    """Frame in a box about the origin."""
-    scaled = position_um / edges_um + 0.5
-    return Frame(number, number * 500, float(number), position_um, scaled, np.zeros(N), -edges_um / 2, edges_um)
+PARTICLES = particles(np.repeat([1, 2, 3], N // 3), names=PHASES)
 
 
 def target_um(seed: int) -> np.ndarray:
@@ -53,10 +34,10 @@ def slurry(tmp_path):
         paths = {key: tmp_path / f"{name}_{key}.h5" for key in ("frames", "predicted", "relaxed")}
         target = target_um(seed)
         frames = [frame(k, target * scale, EDGES_UM * scale) for k, scale in ((10, 1.5), (120, 1.0)) if k <= last]
-        write_frames(paths["frames"], particles(), frames, {"slurry": name})
+        write_store(paths["frames"], frames, PARTICLES, slurry=name)
         origin = {"slurry": name, "surrogate": "vgg16"}
-        write_frames(paths["predicted"], particles(), [frame(120, 1.1 * target, 1.1 * EDGES_UM)], origin)
-        write_frames(paths["relaxed"], particles(), [frame(0, target, EDGES_UM)], origin)
+        write_store(paths["predicted"], [frame(120, 1.1 * target, 1.1 * EDGES_UM)], PARTICLES, **origin)
+        write_store(paths["relaxed"], [frame(0, target, EDGES_UM)], PARTICLES, **origin)
         return paths
 
     return write

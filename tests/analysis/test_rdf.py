@@ -16,22 +16,18 @@ from slurrycast.analysis.rdf import (
 )
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.runtime.files import InputError
+from structures import particles
 
+NAMES = ("A", "B", "C")
 EDGES_UM = np.array([9.0, 8.0, 15.0])
 LOWER_UM = -EDGES_UM / 2
-
-
-def particles(phase: np.ndarray) -> Particles:
-    """Particles of these phases, from 1, of A, B and C."""
-    ones = np.ones(len(phase))
-    return Particles(np.arange(len(phase)) + 1, phase, phase, ones, ones, ones, ("A", "B", "C"))
 
 
 @pytest.fixture(scope="module")
 def gas() -> tuple[np.ndarray, Particles]:
     """Random positions (3000, 3) of three phases, some of them outside the box."""
     rng = np.random.default_rng(5)
-    return LOWER_UM + rng.uniform(-1, 2, (3000, 3)) * EDGES_UM, particles(rng.integers(1, 4, 3000))
+    return LOWER_UM + rng.uniform(-1, 2, (3000, 3)) * EDGES_UM, particles(rng.integers(1, 4, 3000), names=NAMES)
 
 
 def inter_rdf(position, lower, edges, r_edges, first, second) -> np.ndarray:
@@ -51,7 +47,7 @@ def test_coordination_shells_of_a_simple_cubic_lattice():
     position = np.stack(np.meshgrid(*[np.arange(8.0)] * 3), axis=-1).reshape(-1, 3)
     phase = 1 + position.sum(axis=1).astype(int) % 2
     r_edges = np.linspace(0, 2.3, 24)
-    curves = radial_distributions(position, np.zeros(3), np.full(3, 8.0), particles(phase), r_edges)
+    curves = radial_distributions(position, np.zeros(3), np.full(3, 8.0), particles(phase, names=NAMES), r_edges)
     expected = {pair: np.zeros(23) for pair in ("all", "A-A", "A-B", "B-B")}
     for radius, number, pairs in (
         (1, 6, ["A-B"]),
@@ -116,7 +112,8 @@ def test_curves_of_a_slurry_are_those_of_inter_rdf(slurry):
 def test_overlapping_particles_are_counted_but_not_a_particle_itself():
     position = np.array([[0.0, 0, 0], [0, 0, 0], [3, 3, 3]])
     r_edges = np.array([0, 0.5, 1.0])
-    curves = radial_distributions(position, LOWER_UM, EDGES_UM, particles(np.array([1, 1, 2])), r_edges)
+    some = particles(np.array([1, 1, 2]), names=NAMES)
+    curves = radial_distributions(position, LOWER_UM, EDGES_UM, some, r_edges)
     assert list(curves) == ["all", "A-A", "A-B"]  # one particle forms no pair, and phase C has none
     shell = 4 / 3 * np.pi * 0.5**3
     np.testing.assert_allclose(curves["all"], [2 / (3 * 2 / np.prod(EDGES_UM) * shell), 0])

@@ -7,16 +7,11 @@ from slurrycast.analysis.rdf import phase_pairs
 from slurrycast.analysis.structure import find_contacts, lens_volume_um3, structure_measures
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.runtime.files import InputError
+from structures import particles
 
+NAMES = ("A", "B", "C")
 EDGES_UM = np.array([9.0, 8.0, 15.0])
 LOWER_UM = -EDGES_UM / 2
-
-
-def particles(phase: np.ndarray, radius_um: float | np.ndarray, names: tuple[str, ...] = ("A", "B", "C")) -> Particles:
-    """Particles of these phases, from 1, of 2 pg each."""
-    n = len(phase)
-    ones = np.ones(n, dtype=int)
-    return Particles(np.arange(1, n + 1), phase, phase, ones, np.broadcast_to(radius_um, n), np.full(n, 2.0), names)
 
 
 def rock_salt(cells: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
@@ -31,7 +26,7 @@ def gas() -> tuple[np.ndarray, Particles]:
     rng = np.random.default_rng(3)
     phase = rng.integers(1, 4, 1500)
     position_um = LOWER_UM + rng.uniform(-1, 2, (1500, 3)) * EDGES_UM
-    return position_um, particles(phase, np.array([0.2, 0.3, 0.45])[phase - 1])
+    return position_um, particles(phase, np.array([0.2, 0.3, 0.45])[phase - 1], NAMES)
 
 
 @pytest.mark.parametrize(("radius_um", "same", "other"), [(0.49, 0, 0), (0.51, 0, 6), (0.72, 12, 6), (0.87, 12, 14)])
@@ -71,7 +66,7 @@ def test_coordination_and_packing_of_a_face_centred_cubic_lattice():
 def test_a_pair_of_two_phases_counts_the_neighbours_of_the_first_one():
     # One A particle between two B particles.
     position_um = np.array([[0.0, 0, 0], [0.9, 0, 0], [-0.8, 0, 0]])
-    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 2, 2]), 0.5))
+    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 2, 2]), 0.5, NAMES))
     assert measures["coordination_A-B"] == 2
     assert measures["coordination_B-B"] == 0
     assert measures["coordination_all"] == pytest.approx(4 / 3)
@@ -82,7 +77,7 @@ def test_a_pair_of_two_phases_counts_the_neighbours_of_the_first_one():
 
 def test_spheres_that_do_not_touch_have_no_overlap():
     position_um = np.array([[0.0, 0, 0], [2.0, 0, 0]])
-    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 1]), 0.5))
+    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 1]), 0.5, NAMES))
     assert measures["overlap_mean"] == measures["overlap_max"] == measures["coordination_all"] == 0
     assert measures["packing_union"] == measures["packing_nominal"]
 
@@ -136,7 +131,7 @@ def sampled_union(position_um: np.ndarray, radius_um: np.ndarray, samples: int) 
 
 def test_union_of_two_spheres_across_the_boundary():
     position_um, radius_um = np.array([[4.3, 0, 0], [-3.9, 0, 0]]), np.array([1.5, 1.2])
-    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 2]), radius_um))
+    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 2]), radius_um, NAMES))
     samples = 200_000
     sampled = sampled_union(position_um, radius_um, samples)
     sigma = np.sqrt(sampled / samples)
@@ -146,13 +141,13 @@ def test_union_of_two_spheres_across_the_boundary():
 
 def test_union_of_three_spheres_is_too_small_by_what_they_share():
     position_um, radius_um = np.array([[0.0, 0, 0], [0.5, 0, 0], [0, 0.5, 0]]), np.full(3, 1.0)
-    three = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 1, 1]), radius_um))
+    three = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.array([1, 1, 1]), radius_um, NAMES))
     assert three["packing_union"] < sampled_union(position_um, radius_um, 50_000) - 1e-3
 
 
 def test_union_of_a_slurry_as_sampled(gas):
     position_um, some = gas
-    few = particles(some.phase[:120], some.radius_um[:120])
+    few = particles(some.phase[:120], some.radius_um[:120], NAMES)
     measures = structure_measures(position_um[:120], LOWER_UM, EDGES_UM, few)
     sampled = sampled_union(position_um[:120], few.radius_um, 100_000)
     assert measures["packing_union"] == pytest.approx(sampled, abs=4 * np.sqrt(sampled / 100_000))

@@ -21,10 +21,11 @@ from slurrycast.analysis.training_range import (
     quantities,
     types_of,
 )
-from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.frames import Particles
 from slurrycast.data.tables import read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.runtime.costs import read_cost
+from structures import frame, write_store
 
 PHASES = {
     "BDPD": {
@@ -199,11 +200,9 @@ def frames_of(tmp_path):
     """Write frame 10 of a slurry."""
 
     def write(name: str, own: State, number: int = 10):
-        path = tmp_path / f"{name}.h5"
-        nowhere = np.zeros((len(own.particles), 3))
-        frame = Frame(number, 500, 1.0, nowhere, nowhere, nowhere[:, 0], -own.edges_um / 2, own.edges_um)
-        write_frames(path, own.particles, [frame], {"slurry": name})
-        return path
+        nowhere_um = np.zeros((len(own.particles), 3))
+        frames = [frame(number, nowhere_um, own.edges_um)]
+        return write_store(tmp_path / f"{name}.h5", frames, own.particles, slurry=name)
 
     return write
 
@@ -247,13 +246,13 @@ def test_densities_of_earlier_frames_belong_to_the_range():
 
 def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
     """Of a slurry that gets denser from frame 8 to 10; the other one is at frame 10 as dense as that at 9."""
-    nowhere = np.zeros((len(recipe(300.0)), 3))
+    nowhere_um = np.zeros((len(recipe(300.0)), 3))
     for name, numbers in (("T1", (8, 9, 10)), ("2", (10,))):
         frames = []
         for number in numbers:
             edges_um = np.array([3.0, 3.0, {8: 6.4, 9: 6.2, 10: 6.0 if name == "T1" else 6.2}[number]])
-            frames.append(Frame(number, 500, 1.0, nowhere, nowhere, nowhere[:, 0], -edges_um / 2, edges_um))
-        write_frames(tmp_path / f"{name}.h5", slurry(300.0).particles, frames, {"slurry": name})
+            frames.append(frame(number, nowhere_um, edges_um))
+        write_store(tmp_path / f"{name}.h5", frames, slurry(300.0).particles, slurry=name)
     options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
     options |= {"table": tmp_path / "a.csv", "cost": tmp_path / "c.json"}
     for first, outside in ((8, "no"), (9, "no"), (10, "yes")):

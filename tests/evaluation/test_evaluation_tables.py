@@ -11,9 +11,10 @@ import pandas as pd
 import pytest
 
 from slurrycast.analysis.rdf import bin_edges_um, radial_distributions
-from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
+from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.costs import Cost
+from structures import frame, write_store
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
 
@@ -61,21 +62,11 @@ def structure_files(
     return paths
 
 
-def write_store(
-    path: Path, slurry: str, frame: int, shift_um: float, particles: int = 90, surrogate: str = "", **attributes: str
-) -> Path:
-    """One frame of random places, every other particle moved by +-shift_um along x."""
-    phase = np.ones(particles, dtype=int)
-    ids = np.arange(1, particles + 1)
-    what = Particles(ids, phase, phase, phase, np.full(particles, 0.4), np.full(particles, 2.0), ("NiO",))
-    position_um = np.random.default_rng(int(slurry)).uniform(-0.5, 0.5, (particles, 3)) * EDGES_UM
-    position_um[:, 0] += shift_um * (-1) ** ids
-    structure = Frame(
-        frame, 1, 1.0, position_um, position_um / EDGES_UM + 0.5, np.zeros(particles), -EDGES_UM / 2, EDGES_UM
-    )
-    names = {"slurry": slurry} | ({"surrogate": surrogate} if surrogate else {})
-    write_frames(path, what, [structure], names | attributes)
-    return path
+def write_random(path: Path, slurry: str, frame_number: int, shift_um: float, **attributes: str) -> Path:
+    """One frame of 90 random places, every other particle moved by +-shift_um along x."""
+    position_um = np.random.default_rng(int(slurry)).uniform(-0.5, 0.5, (90, 3)) * EDGES_UM
+    position_um[:, 0] += shift_um * (-1) ** np.arange(1, 91)
+    return write_store(path, [frame(frame_number, position_um, EDGES_UM)], slurry=slurry, **attributes)
 
 
 @pytest.fixture
@@ -96,8 +87,8 @@ def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
         for slurry, particles in (("6", 90), ("2", 1000))
         for k, (density, g, bins) in enumerate([(2.2, 0, 5), (2.3, 1, 4), (2.1, 3, 5)], 1)
     ]
-    frames = [write_store(tmp_path / f"{slurry}.h5", slurry, 120, 0) for slurry in "62"]
-    perturbed = [write_store(tmp_path / f"{slurry}_perturbed.h5", slurry, 120, 0.3) for slurry in "62"]
+    frames = [write_random(tmp_path / f"{slurry}.h5", slurry, 120, 0) for slurry in "62"]
+    perturbed = [write_random(tmp_path / f"{slurry}_perturbed.h5", slurry, 120, 0.3) for slurry in "62"]
     structure, curves = zip(*replicas, strict=True)
     rows = table(
         run(
@@ -117,7 +108,7 @@ def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
 
 
 def test_noise_needs_two_replicas_of_one_size(run, tmp_path):
-    store = write_store(tmp_path / "6.h5", "6", 120, 0)
+    store = write_random(tmp_path / "6.h5", "6", 120, 0)
     perturbed = ["--perturbed", store, "--frames", store, "--target-frame", 120]
     one = structure_files(tmp_path, "-", "6_r1", {"target": (2.2, 1, 5)})
     other = structure_files(tmp_path, "-", "6_r2", {"target": (2.2, 1, 5)}, particles=999)
@@ -142,8 +133,8 @@ def predictions(tmp_path):
         predicted, frames = [], []
         for (surrogate, slurry), shift_um in shifts_um.items():
             path = tmp_path / f"{surrogate}_{slurry}.h5"
-            predicted.append(write_store(path, slurry, 120, shift_um, surrogate=surrogate))
-            frames.append(write_store(tmp_path / f"{slurry}.h5", slurry, 120, 0))
+            predicted.append(write_random(path, slurry, 120, shift_um, surrogate=surrogate))
+            frames.append(write_random(tmp_path / f"{slurry}.h5", slurry, 120, 0))
         return ["--predicted", *predicted, "--frames", *frames, "--target-frame", 120]
 
     return write
@@ -243,7 +234,7 @@ def relaxations(tmp_path, noise, replica_curves):
     for steps, shift_um in ((700, 0.0), (300, 0.2)):
         path = tmp_path / f"relaxed-{steps}.h5"
         settings = json.dumps({"steps": steps})
-        stores.append(write_store(path, "1", 120, shift_um, surrogate="affine", relaxation=settings))
+        stores.append(write_random(path, "1", 120, shift_um, surrogate="affine", relaxation=settings))
         costs.append(tmp_path / f"cost-{steps}.json")
         costs[-1].write_text(json.dumps(asdict(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))))
     density = 90 * 2.0 / np.prod(EDGES_UM)

@@ -15,7 +15,6 @@ from matplotlib.image import imread
 from scipy.stats import norm
 
 import plot_uncertainty
-from slurrycast.data.frames import Frame, Particles, write_frames
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.uncertainty import (
     Judged,
@@ -28,6 +27,7 @@ from slurrycast.evaluation.uncertainty import (
     read_calibration,
 )
 from slurrycast.runtime.files import InputError
+from structures import frame, write_store
 
 EDGES_UM = np.array([6.0, 6.0, 12.0])
 FACTORS = {0.5: 0.6745, 0.9: 1.6449}  # quantiles of |z|, z standard normal
@@ -188,23 +188,16 @@ def write_pair(
     spread=0.1,
     surrogate: str = "net",
     shift_um: float = 0.0,
-    seed=None,
 ) -> tuple[Path, Path]:
     """A prediction whose errors are normal with sd 0.2 um, with a common shift on top, and the DEM; frame 120."""
     rng = np.random.default_rng(int(slurry.strip("V")))
-    ones = np.ones(particles, dtype=int)
-    what = Particles(np.arange(particles), ones, ones, ones, np.full(particles, 0.4), np.full(particles, 2.0), ("NiO",))
     target_um = rng.uniform(-0.5, 0.5, (particles, 3)) * EDGES_UM
     error_um = rng.normal(0, 0.2, (particles, 3))
+    predicted_um = target_um + error_um - error_um.mean(axis=0) + shift_um
     spread_um = None if spread is None else np.broadcast_to(spread, (particles, 3)).astype(float)
     paths = folder / f"{surrogate}_{slurry}.h5", folder / f"dem_{slurry}.h5"
-    for path, position_um, own, attributes in (
-        (paths[0], target_um + error_um - error_um.mean(axis=0) + shift_um, spread_um, {"surrogate": surrogate}),
-        (paths[1], target_um, None, {}),
-    ):
-        box = (-EDGES_UM / 2, EDGES_UM)
-        frame = Frame(120, 1, 1.0, position_um, position_um / EDGES_UM + 0.5, np.zeros(particles), *box, own)
-        write_frames(path, what, [frame], {"slurry": slurry} | attributes)
+    write_store(paths[0], [frame(120, predicted_um, EDGES_UM, spread_um)], slurry=slurry, surrogate=surrogate)
+    write_store(paths[1], [frame(120, target_um, EDGES_UM)], slurry=slurry)
     return paths
 
 

@@ -1,5 +1,6 @@
 """What size changes: times and ranges made by hand, and both scripts on small made-up slurries."""
 
+import itertools
 import json
 import subprocess
 from pathlib import Path
@@ -10,10 +11,11 @@ import pytest
 from matplotlib.image import imread
 
 import plot_sizes
-from slurrycast.data.frames import Frame, Particles, write_frames
+from slurrycast.data.frames import Frame
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.size import outside_share, shrink_time_us
 from slurrycast.report.figures import save_figure
+from structures import frame, write_store
 
 DEM_END_EDGE_UM = 4.0
 LAST_INPUT_EDGE_UM = 5.0
@@ -42,19 +44,8 @@ def test_outside_share():
 
 def cube(edge_um: float, number: int, reach_um: float) -> Frame:
     """Eight particles at the corners of a cube of `reach_um` to both sides of the centre of a box."""
-    position_um = reach_um * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-    edges_um = np.full(3, edge_um)
-    return Frame(
-        number, 10 * number, number, position_um, position_um / edge_um + 0.5, np.zeros(8), -edges_um / 2, edges_um
-    )
-
-
-def write_store(path: Path, frames: list[Frame], **attributes: str) -> Path:
-    """Frame store of eight particles of 2 pg."""
-    one = np.ones(8, dtype=int)
-    particles = Particles(np.arange(1, 9), one, one, one, np.full(8, 0.4), np.full(8, 2.0), ("NiO",))
-    write_frames(path, particles, frames, attributes)
-    return path
+    position_um = reach_um * np.array(list(itertools.product((-1, 1), repeat=3)))
+    return frame(number, position_um, np.full(3, edge_um))
 
 
 def dem_files(folder: Path, slurry: str, mass: float, shrink_us: float, damping_us: float, reach_um: float) -> dict:
