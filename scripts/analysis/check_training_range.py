@@ -64,18 +64,18 @@ def main() -> None:
     with measured_cost(args.cost, "check_training_range"):
         earlier = range(args.first_frame_seen, args.last_input_frame)
         read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
-        training = [own for _, own, _ in read]
+        training = [training_slurry for _, training_slurry, _ in read]
         earlier_g_cm3 = [density for *_, densities_g_cm3 in read for density in densities_g_cm3]
         rows = []
         for path, role in zip(args.predicted, args.roles, strict=True):
-            slurry, own, _ = read_state(path, args.last_input_frame)
-            if own.particles.phase_names != training[0].particles.phase_names:
+            slurry, predicted, _ = read_state(path, args.last_input_frame)
+            if predicted.particles.phase_names != training[0].particles.phase_names:
                 raise InputError(f"{path}: has other phases than {args.training[0]}")
-            found = compare_with_training(own, training, earlier_g_cm3)
-            outside = [name for name, values in found.items() if values.outside]
+            compared = compare_with_training(predicted, training, earlier_g_cm3)
+            outside = [name for name, values in compared.items() if values.outside]
             if outside:
                 print(f"[{slurry}] outside the training range: {', '.join(outside)}")
-            for name, values in found.items():
+            for name, values in compared.items():
                 flag = {"outside": "yes" if values.outside else "no"}
                 rows.append({"slurry": slurry, "role": role, "quantity": name, **asdict(values), **flag})
         write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))

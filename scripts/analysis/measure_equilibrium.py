@@ -25,8 +25,8 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
     drift = time_us = None
     warning = ""
     if role != "new":
-        found = equilibrium(thermo["time_us"].to_numpy(), thermo["density_g_cm3"].to_numpy())
-        drift, time_us = found.density_drift, found.time_to_equilibrium_us
+        end_of_run = equilibrium(thermo["time_us"].to_numpy(), thermo["density_g_cm3"].to_numpy())
+        drift, time_us = end_of_run.density_drift, end_of_run.time_to_equilibrium_us
         if abs(drift) > max_density_drift:
             warning = (
                 f"not in equilibrium: density changed by {100 * drift:+.3g} % over the last 10 % of the run, "

@@ -1,4 +1,4 @@
-"""Set what the reference article says of its costs, term by term, beside what was measured here.
+"""Set the costs that the reference article reports, term by term, beside those measured here.
 
 In: tables/speedup.csv and tables/equilibrium.csv, which says which slurries are of role test.
 Out: a table (CSV) of one row for each surrogate and term: slurries (number of those of role test), unit, article (its
@@ -20,33 +20,33 @@ from slurrycast.runtime.files import write_text
 NOT_REPORTED = "not reported"
 
 
-def terms(own: pd.DataFrame) -> pd.DataFrame:
+def terms(speedup: pd.DataFrame) -> pd.DataFrame:
     """Columns term, unit, article, article_says, ours of one surrogate, from its rows (wall_s) of speedup.csv."""
-    total = own[[*HYBRID_PARTS, "hybrid", "dem"]].sum()
+    total = speedup[[*HYBRID_PARTS, "hybrid", "dem"]].sum()
     input_share = article.INPUT_STEPS / article.STEPS
     claimed = article.FULL_DEM_MIN / article.HYBRID_MIN
     with_input_dem = article.FULL_DEM_MIN / (article.HYBRID_MIN + input_share * article.FULL_DEM_MIN)
-    without_input_dem = own.dem / (own.hybrid - own.run_slurry_to_input)
+    without_input_dem = speedup.dem / (speedup.hybrid - speedup.run_slurry_to_input)
     beyond_input = "if its hybrid time leaves out the DEM to the last input frame"
     rows = [
-        ("full DEM", "min", article.FULL_DEM_MIN, "", own.dem.median() / 60),
+        ("full DEM", "min", article.FULL_DEM_MIN, "", speedup.dem.median() / 60),
         (
             "hybrid",
             "min",
             article.HYBRID_MIN,
             "about; which stages it counts is not stated",
-            own.hybrid.median() / 60,
+            speedup.hybrid.median() / 60,
         ),
-        ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", own.ratio.median()),
+        ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", speedup.ratio.median()),
         ("the same without the DEM to the last input frame", "", claimed, beyond_input, without_input_dem.median()),
         (
             "the same with the DEM to the last input frame",
             "",
             with_input_dem,
             f"{beyond_input} and every step costs the same",
-            own.ratio.median(),
+            speedup.ratio.median(),
         ),
-        ("DEM to equilibrium / hybrid", "", None, NOT_REPORTED, own.ratio_to_equilibrium.median()),
+        ("DEM to equilibrium / hybrid", "", None, NOT_REPORTED, speedup.ratio_to_equilibrium.median()),
         (
             "DEM to the last input frame / full DEM",
             "%",
@@ -77,10 +77,10 @@ def main() -> None:
     test = equilibrium.slurry[equilibrium.role == "test"]
     wall = speedup[(speedup.clock == "wall_s") & speedup.slurry.isin(test)]
     tables = []
-    for surrogate, own in wall.groupby("surrogate", sort=False):
-        table = terms(own)
+    for surrogate, rows in wall.groupby("surrogate", sort=False):
+        table = terms(rows)
         table.insert(0, "surrogate", surrogate)
-        table.insert(1, "slurries", len(own))
+        table.insert(1, "slurries", len(rows))
         tables.append(table)
     write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
 

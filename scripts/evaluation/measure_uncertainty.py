@@ -1,9 +1,9 @@
-"""Measure what the spreads of predictions are worth: which share of errors their intervals cover, and their order.
+"""Measure the quality of spreads: which share of the errors their intervals cover, and whether they rank the errors.
 
 In: pairs of frame stores (HDF5): a predicted structure with a spread, and the DEM frames of the same slurry with the
 target frame; the calibration (JSON) of each surrogate.
 Out: a table (CSV), one row for each pair and level:
-    role                whether the slurry is one of validation, which the factor was found on, or of test
+    role                validation, for the slurries that the factor is calibrated on, or test
     level, factor       the share of coordinates to be covered, and the factor that does so on the validation slurries
     coverage            share of coordinates whose |error| is at most factor x spread
     rank_correlation    Spearman's, of a particle's spread (root mean square over axes) and the length of its error
@@ -52,8 +52,8 @@ def uncertainty_table(
         }
         names = {"surrogate": one.surrogate, "slurry": one.slurry, "role": roles[one.slurry]}
         for level, factor in zip(calibration.levels, calibration.factors, strict=True):
-            own = {"level": level, "factor": factor, "coverage": coverage(one.scores, factor)}
-            rows.append(names | own | of_all_levels)
+            interval = {"level": level, "factor": factor, "coverage": coverage(one.scores, factor)}
+            rows.append(names | interval | of_all_levels)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

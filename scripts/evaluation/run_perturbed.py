@@ -1,6 +1,6 @@
-"""Run the perturbed run of a DEM run: the same from an early frame on, but for positions moved by a hair.
+"""Make a perturbed run of a DEM run: the same from an early frame on, with positions displaced by a tiny length.
 
-How far the two are apart at the target frame tells how well a frame so early determines the end at all.
+The distance between the two at the target frame shows how well such an early frame determines the end.
 
 In: the restart file of the early frame, the slurry's inputs (JSON) and pair coefficients, and its frame store (HDF5),
 for what the particles are.

@@ -1,4 +1,4 @@
-"""Ask why predictions of large slurries fail: is it the barostat's clock, or coordinates beyond those of the training?
+"""Test why predictions of large slurries fail: the time scale of the barostat, or coordinates outside the training's?
 
 In: DEM frames, run.json and thermo.csv of all slurries that were run to the end, of them those of role train and those
 that were predicted; predicted and relaxed structures; tables/equilibrium.csv.
@@ -32,7 +32,7 @@ FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
 
 
 def shrinking(runs: list[Path], thermos: list[Path], equilibrium: pd.DataFrame) -> pd.DataFrame:
-    """What is known of the DEM of each slurry, by its id: FROM_EQUILIBRIUM, pressure_damping_us, shrink_time_us."""
+    """Properties of the DEM of each slurry, by its id: FROM_EQUILIBRIUM, pressure_damping_us, shrink_time_us."""
     rows = {}
     for run_path, thermo_path in zip(runs, thermos, strict=True):
         run, thermo = json.loads(run_path.read_text(encoding="utf-8")), read_table(thermo_path)

@@ -35,11 +35,11 @@ def draw_panel(axes: Axes, errors: pd.DataFrame, colours: Mapping[str, str], mar
     axes.axhline(100 * ARTICLE_ERROR, color=ARTICLE, linestyle="--", linewidth=1.2, zorder=1)
     aside = np.linspace(1 - SPREAD, 1 + SPREAD, len(colours)) if len(colours) > 1 else [1.0]
     for (label, colour), factor in zip(colours.items(), aside, strict=True):
-        own = errors[errors.surrogate == label]
-        means = own.groupby("particles").predicted_volume_error.mean()
+        rows = errors[errors.surrogate == label]
+        means = rows.groupby("particles").predicted_volume_error.mean()
         axes.plot(factor * means.index, 100 * means, color=colour, linewidth=1.0, zorder=1.5)
         for ratio, marker in markers.items():
-            points = own[own.thickness_ratio == ratio]
+            points = rows[rows.thickness_ratio == ratio]
             x, y = factor * points.particles, 100 * points.predicted_volume_error
             axes.plot(x, y, marker, color=colour, markeredgecolor="white", markeredgewidth=0.6, ms=8)
     sizes = np.unique(errors.particles)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
-from slurrycast.data.frames import Frame, read_frames, write_frames
+from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.tables import read_table
 
 CUTOFF_UM, BINS = 7.0, 120
@@ -39,12 +39,8 @@ def hybrid(slurry, tmp_path) -> dict:
     """The DEM's frame 60 as the predicted, and its frame 120 as the relaxed structure of a surrogate."""
     with read_frames(slurry / "frames.h5") as store:
         for stage, k in (("predicted", 60), ("relaxed", 120)):
-            lower_um, edges_um = store.box(k)
-            frame = Frame(
-                0, 0, 0.0, store.position_um(k), store.scaled_position(k), store.coordination(k), lower_um, edges_um
-            )
             origin = {"slurry": "007", "surrogate": "affine_f02"}
-            write_frames(tmp_path / f"{stage}.h5", store.particles, [frame], origin)
+            write_frames(tmp_path / f"{stage}.h5", store.particles, [store.frame(k)], origin)
     return {stage: tmp_path / f"{stage}.h5" for stage in ("predicted", "relaxed")}
 
 

@@ -1,6 +1,7 @@
 """LAMMPS itself: a chain of restarts, MPI ranks, and every way in which a start can fail."""
 
 import json
+import re
 import shlex
 import shutil
 import sys
@@ -45,6 +46,23 @@ def folder(tmp_path, slurry) -> Path:
         shutil.copyfile(slurry / name, path / name)
     shutil.copyfile(slurry / "frame_60.restart", path / "step_3000.restart")
     return path
+
+
+def push_off(folder: Path, variables: dict, launcher: Launcher = ONE_RANK):
+    return run_lammps(launcher, "push_off.lmp", variables, folder, "push_off.log")
+
+
+@pytest.fixture
+def program(tmp_path) -> Callable[[str], str]:
+    """Write a shell script that stands for a program; return its path."""
+
+    def write(text: str) -> str:
+        path = tmp_path / "a program"
+        path.write_text(f"#!/bin/sh\n{text}\n")
+        path.chmod(0o755)
+        return str(path)
+
+    return write
 
 
 def segment(folder: Path, variables: dict, first: int, last: int, launcher: Launcher = ONE_RANK):
@@ -214,12 +232,10 @@ def test_two_ranks_follow_the_same_trajectory(folder, variables):
     assert " MPI tasks x 1 OpenMP threads" in (folder / "segment_3050.log").read_text()
 
 
-def test_launcher_that_starts_copies_of_one_rank_is_noticed(folder, variables, tmp_path):
-    launcher = tmp_path / "copies"
-    launcher.write_text('#!/bin/sh\nshift 2\n"$@"\n"$@"\n')  # ignores `-n 2`
-    launcher.chmod(0o755)
+def test_launcher_that_starts_copies_of_one_rank_is_noticed(folder, variables, program):
+    launcher = program('shift 2\n"$@"\n"$@"')  # ignores `-n 2`
     with pytest.raises(RunError) as error:
-        run_lammps(Launcher("lmp", str(launcher), 2), "push_off.lmp", variables, folder, "push_off.log")
+        push_off(folder, variables, Launcher("lmp", launcher, 2))
     assert str(error.value) == (
         f"LAMMPS ran on 1 MPI ranks where dem.ranks asks for 2: check dem.launcher; log: {folder / 'push_off.log'}"
     )
@@ -249,41 +265,38 @@ def test_failure_of_lammps_is_passed_on_with_the_place_of_the_log(folder, variab
 
 
 def test_earlier_log_is_not_mistaken_for_that_of_a_run_that_wrote_none(folder, variables):
-    run_lammps(ONE_RANK, "push_off.lmp", variables, folder, "push_off.log")
+    push_off(folder, variables)
     for executable, says in (("true", "LAMMPS wrote no log"), ("false", "ended with exit code 1")):
         with pytest.raises(RunError, match=says):
-            run_lammps(Launcher(executable, "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+            push_off(folder, variables, Launcher(executable, "mpiexec", 1))
 
 
-def test_executable_that_cannot_start_shows_what_it_said(folder, variables, tmp_path):
-    broken = tmp_path / "lmp_broken"
-    broken.write_text("#!/bin/sh\necho 'libmpi.so.12: cannot open shared object file' >&2\nexit 127\n")
-    broken.chmod(0o755)
-    with pytest.raises(RunError, match=r"exit code 127: libmpi\.so\.12: cannot open shared object file"):
-        run_lammps(Launcher(str(broken), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
-
-
-def test_error_that_only_the_screen_shows_is_passed_on(folder, variables, tmp_path):
-    """Ranks other than the first one, and MPI itself, write to the screen and not to the log."""
-    failing = tmp_path / "lmp_failing"
-    failing.write_text("#!/bin/sh\necho 'ERROR on proc 1: Out of range atoms'\nexit 1\n")
-    failing.chmod(0o755)
-    with pytest.raises(RunError, match="LAMMPS: ERROR on proc 1: Out of range atoms; log: "):
-        run_lammps(Launcher(str(failing), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (
+            "echo 'libmpi.so.12: cannot open shared object file' >&2\nexit 127",
+            "LAMMPS ended with exit code 127: libmpi.so.12: cannot open shared object file; log: ",
+        ),
+        # ranks other than the first one, and MPI itself, write to the screen and not to the log
+        ("echo 'ERROR on proc 1: Out of range atoms'\nexit 1", "LAMMPS: ERROR on proc 1: Out of range atoms; log: "),
+    ],
+)
+def test_words_that_only_the_screen_shows_are_passed_on(folder, variables, program, text, says):
+    with pytest.raises(RunError, match=re.escape(says)):
+        push_off(folder, variables, Launcher(program(text), "mpiexec", 1))
 
 
 @pytest.mark.parametrize(
     ("free", "cause"), [(1 << 30, ""), (1000, "; the disk is full"), (None, "; the work folder is gone")]
 )
-def test_what_lammps_does_not_say_is_added(folder, variables, tmp_path, monkeypatch, free, cause):
-    failing = tmp_path / "lmp_failing"
+def test_what_lammps_does_not_say_is_added(folder, variables, tmp_path, program, monkeypatch, free, cause):
     remove = f"rm -r '{folder}'" if free is None else ":"
-    failing.write_text(f"#!/bin/sh\n{remove}\necho 'ERROR: Unexpected end of data file'\nexit 1\n")
-    failing.chmod(0o755)
+    failing = program(f"{remove}\necho 'ERROR: Unexpected end of data file'\nexit 1")
     usage = lammps_run.shutil.disk_usage(tmp_path)._replace(free=free or 1 << 30)
     monkeypatch.setattr(lammps_run.shutil, "disk_usage", lambda _: usage)
     with pytest.raises(RunError) as error:
-        run_lammps(Launcher(str(failing), "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log")
+        push_off(folder, variables, Launcher(failing, "mpiexec", 1))
     assert str(error.value) == f"LAMMPS: ERROR: Unexpected end of data file{cause}; log: {folder / 'push_off.log'}"
 
 
@@ -292,9 +305,7 @@ def test_executable_may_be_given_relative_to_the_project(folder, variables, tmp_
     (tmp_path / "my bin" / "lmp").symlink_to(shutil.which("lmp"))
     monkeypatch.chdir(tmp_path)
     assert Launcher("my bin/lmp", "mpiexec", 1).command() == [str(tmp_path / "my bin" / "lmp")]
-    assert (
-        run_lammps(Launcher("my bin/lmp", "mpiexec", 1), "push_off.lmp", variables, folder, "push_off.log").ranks == 1
-    )
+    assert push_off(folder, variables, Launcher("my bin/lmp", "mpiexec", 1)).ranks == 1
 
 
 @pytest.mark.parametrize(

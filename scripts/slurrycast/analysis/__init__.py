@@ -1,1 +1,1 @@
-"""What is measured on one structure, or between two."""
+"""Measures of one structure, or of two that are compared."""

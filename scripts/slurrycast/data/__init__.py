@@ -1,1 +1,1 @@
-"""What is stored and read: frames, trajectories, training sets, tables, periodic boxes."""
+"""Data that are stored and read: frames, trajectories, training sets, tables, periodic boxes."""

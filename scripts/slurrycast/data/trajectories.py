@@ -1,4 +1,4 @@
-"""What a surrogate learns from that sees a slurry as a whole: particles and some of their frames, slurry by slurry."""
+"""Whole slurries for surrogates that learn from neighbours: particles and some of their frames, slurry by slurry."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,9 +23,19 @@ class Trajectory:
 def read_trajectories(
     paths: Iterable[str | Path], needed: Callable[[Mapping[int, np.ndarray]], Sequence[int]]
 ) -> list[Trajectory]:
-    """Read those frames from frame stores whose numbers `needed` gives for the box edges (3,) in um at each frame.
+    """Read some frames of several slurries.
 
-    InputError if one of them is not there, and for phases that differ from those of the first slurry.
+    Parameters
+    ----------
+    paths
+        Frame stores.
+    needed
+        Given the box edges (3,) in um by frame number, it returns the numbers of the frames that are read.
+
+    Raises
+    ------
+    InputError
+        If a frame is not there, or the phases differ from those of the first slurry.
     """
     slurries = []
     for path in paths:
@@ -35,6 +45,6 @@ def read_trajectories(
             slurries.append(Trajectory(str(store.attributes["slurry"]), store.particles, frames, edges_um))
         first, names = slurries[0], slurries[-1].particles.phase_names
         if names != first.particles.phase_names:
-            known = ", ".join(first.particles.phase_names)
-            raise InputError(f"{path}: has the phases {', '.join(names)}, slurry {first.slurry} has {known}")
+            expected = ", ".join(first.particles.phase_names)
+            raise InputError(f"{path}: has the phases {', '.join(names)}, slurry {first.slurry} has {expected}")
     return slurries

@@ -1,1 +1,1 @@
-"""What a prediction is worth: noise of the DEM, error against cost, uncertainty."""
+"""The quality of predictions: noise of the DEM, error against cost, uncertainty."""
