@@ -78,13 +78,20 @@ def test_target_before_the_start_is_refused(perturbed):
     assert result.stderr.endswith("--first-frame 10: must be from 0 to below --target-frame 10\n")
 
 
+@pytest.fixture(scope="module")
+def contents() -> dict[str, bytes]:
+    """Files that are written once for all tests."""
+    return {}
+
+
 @pytest.fixture
-def undisturbed(perturbed, tmp_path) -> bytes:
+def undisturbed(perturbed, tmp_path, contents) -> bytes:
     """File of a perturbed run that nobody disturbed."""
-    subprocess.run(perturbed(120, 1e-6), check=True)
-    content = (tmp_path / "perturbed.h5").read_bytes()
-    (tmp_path / "perturbed.h5").unlink()
-    return content
+    if "undisturbed" not in contents:
+        subprocess.run(perturbed(120, 1e-6), check=True)
+        contents["undisturbed"] = (tmp_path / "perturbed.h5").read_bytes()
+        (tmp_path / "perturbed.h5").unlink()
+    return contents["undisturbed"]
 
 
 def test_undisturbed_perturbed_run_has_the_segments_of_its_original_and_every_bit_of_it(perturbed, slurry, tmp_path):
