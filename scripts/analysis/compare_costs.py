@@ -13,7 +13,7 @@ import argparse
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_runs
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_runs
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
@@ -22,16 +22,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = Parser(__doc__)
     parser.add_input("--cost-table", "tables/cost.csv")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
-    parser.add_argument(
-        "--input-steps",
-        nargs="+",
-        type=label_and_steps,
-        required=True,
-        metavar="LABEL=STEPS",
-        help="DEM step of the last input frame of every surrogate",
-    )
+    add_dem_runs(parser)
     parser.add_output("--table", "table of both clocks (CSV)")
     return parser.parse_args()
 

@@ -12,7 +12,7 @@ import argparse
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.evaluation.front import front
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_costs, read_runs
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
@@ -25,17 +25,8 @@ def parse_args() -> argparse.Namespace:
         "cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry",
         nargs="+",
     )
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
+    add_dem_runs(parser)
     parser.add_input("--structure-errors", "tables/structure_errors.csv")
-    parser.add_argument(
-        "--input-steps",
-        nargs="+",
-        type=label_and_steps,
-        required=True,
-        metavar="LABEL=STEPS",
-        help="DEM step of the last input frame of every surrogate",
-    )
     parser.add_output("--table", "table of all surrogates and slurries (CSV)")
     return parser.parse_args()
 

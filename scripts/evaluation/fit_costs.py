@@ -15,7 +15,7 @@ import argparse
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium
-from slurrycast.evaluation.speedup import compare_costs, label_and_steps, read_costs, read_runs, scaling
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs, scaling
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 
@@ -30,16 +30,7 @@ def parse_args() -> argparse.Namespace:
         "and assemble_dataset as far as there are any",
         nargs="+",
     )
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
-    parser.add_argument(
-        "--input-steps",
-        nargs="+",
-        type=label_and_steps,
-        required=True,
-        metavar="LABEL=STEPS",
-        help="DEM step of the last input frame of every surrogate",
-    )
+    add_dem_runs(parser)
     parser.add_argument(
         "--learns-from-dem",
         nargs="*",

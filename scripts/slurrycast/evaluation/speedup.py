@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.power_law import power_law
+from slurrycast.runtime.command_line import input_file
 from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError
 
@@ -40,6 +41,20 @@ def label_and_steps(word: str) -> tuple[str, int]:
     if not label or not steps.isdecimal():
         raise argparse.ArgumentTypeError(f"{word!r}: must be label=steps, such as affine_f02=1000")
     return label, int(steps)
+
+
+def add_dem_runs(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `compare_costs` needs beside the costs."""
+    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
+    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of the slurries")
+    parser.add_argument(
+        "--input-steps",
+        nargs="+",
+        type=label_and_steps,
+        required=True,
+        metavar="LABEL=STEPS",
+        help="DEM step of the last input frame of every surrogate",
+    )
 
 
 def read_costs(paths: Iterable[Path]) -> pd.DataFrame:
