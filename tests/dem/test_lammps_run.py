@@ -18,6 +18,9 @@ from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables,
 from slurrycast.runtime.files import InputError, RunError
 
 ONE_RANK = Launcher("lmp", "mpiexec", 1)
+SCRIPTS = {path.name: path.read_text() for path in lammps_run.SCRIPTS.glob("*.lmp")}
+PAIR_STYLE = SCRIPTS["start.lmp"][SCRIPTS["start.lmp"].index("pair_style") : SCRIPTS["start.lmp"].index("include")]
+WITH_ENERGY = SCRIPTS["slurry.lmp"].replace("thermo_style    custom step", "thermo_style    custom step pe")
 
 
 @pytest.fixture(scope="session")
@@ -69,6 +72,24 @@ def segment(folder: Path, variables: dict, first: int, last: int, launcher: Laun
     return run_lammps(launcher, "slurry.lmp", {**variables, "from": first, "to": last}, folder, f"segment_{last}.log")
 
 
+@pytest.fixture
+def use_script(tmp_path, monkeypatch) -> Callable[[str, str], None]:
+    """Put a text in the place of a LAMMPS script; after the first time, only such scripts are found."""
+
+    def use(name: str, text: str) -> None:
+        (tmp_path / name).write_text(text)
+        monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+
+    return use
+
+
+def energy_after_segment_fj(folder: Path, variables: dict, first: int, last: int) -> float:
+    """Potential energy at step `last`, by WITH_ENERGY or a script like it."""
+    log = segment(folder, variables, first, last)
+    assert log.thermo[-1, 0] == last
+    return log.thermo[-1, log.columns.index("PotEng")]
+
+
 def test_chain_continued_from_a_restart_file_is_bit_equal(folder, variables, tmp_path):
     """In a new process and another folder, from nothing but the restart file in the middle."""
     segment(folder, variables, 3000, 3200)
@@ -83,7 +104,7 @@ def test_chain_continued_from_a_restart_file_is_bit_equal(folder, variables, tmp
         assert (other / name).read_bytes() == (folder / name).read_bytes()
 
 
-def test_restart_files_hold_the_whole_state(folder, variables, tmp_path, monkeypatch):
+def test_restart_files_hold_the_whole_state(folder, variables, use_script):
     """A chain of segments is on the very trajectory of one process that makes the same runs without restart files.
 
     Contact history and barostat have to survive for that. One run without stops would differ a little: LAMMPS computes
@@ -97,11 +118,8 @@ def test_restart_files_hold_the_whole_state(folder, variables, tmp_path, monkeyp
         assert "WARNING" not in log
     chain = [frame for last in stops[1:] for frame in read_dump(folder / f"frames_{last}.dump")]
 
-    script = (lammps_run.SCRIPTS / "slurry.lmp").read_text()
-    (tmp_path / "slurry.lmp").write_text(
-        script.replace("run             ${to} upto", "\n".join(f"run {last} upto" for last in stops[1:]))
-    )
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    runs = "\n".join(f"run {last} upto" for last in stops[1:])
+    use_script("slurry.lmp", SCRIPTS["slurry.lmp"].replace("run             ${to} upto", runs))
     segment(folder, variables, 3000, 3400)
     one_process = list(read_dump(folder / "frames_3400.dump"))
     assert [frame.step for frame in chain] == [frame.step for frame in one_process] == list(range(3050, 3401, 50))
@@ -110,28 +128,17 @@ def test_restart_files_hold_the_whole_state(folder, variables, tmp_path, monkeyp
         np.testing.assert_allclose(frame.edges_um, expected.edges_um, rtol=1e-12)
 
 
-def test_potential_energy_after_a_restart(folder, variables, tmp_path, monkeypatch):
+def test_potential_energy_after_a_restart(folder, variables, use_script):
     """250 steps on, as in one process; not so if the contact history is lost."""
-    script, start = ((lammps_run.SCRIPTS / name).read_text() for name in ("slurry.lmp", "start.lmp"))
-    pair_style = start[start.index("pair_style") : start.index("include")]
-    script = script.replace("thermo_style    custom step", "thermo_style    custom step pe")
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
-
-    def potential_energy_fj(text: str, first: int) -> float:
-        (tmp_path / "slurry.lmp").write_text(text)
-        log = segment(folder, variables, first, 3300)
-        assert log.thermo[-1, 0] == 3300
-        return log.thermo[-1, log.columns.index("PotEng")]
-
-    stopped = script.replace("run             ${to} upto", "run 3050 upto\nrun 3300 upto")
-    expected = potential_energy_fj(stopped, 3000)
-    (tmp_path / "slurry.lmp").write_text(script)
+    use_script("slurry.lmp", WITH_ENERGY.replace("run             ${to} upto", "run 3050 upto\nrun 3300 upto"))
+    expected = energy_after_segment_fj(folder, variables, 3000, 3300)
+    use_script("slurry.lmp", WITH_ENERGY)
     segment(folder, variables, 3000, 3050)
-    assert potential_energy_fj(script, 3050) == pytest.approx(expected, rel=1e-8)
+    assert energy_after_segment_fj(folder, variables, 3050, 3300) == pytest.approx(expected, rel=1e-8)
     assert "Unused restart file" not in (folder / "segment_3300.log").read_text()
 
-    forgetful = script.replace("include ", f"{pair_style}\ninclude ", 1)
-    assert potential_energy_fj(forgetful, 3050) != pytest.approx(expected, rel=1e-8)
+    use_script("slurry.lmp", WITH_ENERGY.replace("include ", f"{PAIR_STYLE}\ninclude ", 1))
+    assert energy_after_segment_fj(folder, variables, 3050, 3300) != pytest.approx(expected, rel=1e-8)
 
 
 @pytest.fixture
@@ -149,52 +156,38 @@ def displaced(folder, variables) -> Callable[[float], Path]:
     return run
 
 
-def test_potential_energy_after_a_displacement_of_nothing(folder, variables, displaced, tmp_path, monkeypatch):
+def test_potential_energy_after_a_displacement_of_nothing(folder, variables, displaced, use_script):
     """250 steps on, as without that part; not so if it drops the contact history."""
-    scripts = {name: (lammps_run.SCRIPTS / name).read_text() for name in ("start.lmp", "displace.lmp", "slurry.lmp")}
-    start = scripts["start.lmp"]
-    pair_style = start[start.index("pair_style") : start.index("include")]
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
-    (tmp_path / "slurry.lmp").write_text(
-        scripts["slurry.lmp"].replace("thermo_style    custom step", "thermo_style    custom step pe")
-    )
-
-    def potential_energy_fj() -> float:
-        log = segment(folder, variables, 3000, 3250)
-        assert log.thermo[-1, 0] == 3250
-        return log.thermo[-1, log.columns.index("PotEng")]
-
-    expected = potential_energy_fj()
+    use_script("slurry.lmp", WITH_ENERGY)
+    expected = energy_after_segment_fj(folder, variables, 3000, 3250)
     frames = (folder / "frames_3250.dump").read_bytes()
-    displace = scripts["displace.lmp"]
+    displace = SCRIPTS["displace.lmp"]
     moved_by_nothing = displace.replace('"${displacement_um} > 0"', '"1 > 0"').replace(
         "all random ${displacement_um} ${displacement_um} &\n                ${displacement_um} ${displacement_seed}",
         "all move 0 0 0",
     )
     for text in (displace, moved_by_nothing):
-        (tmp_path / "displace.lmp").write_text(text)
+        use_script("displace.lmp", text)
         assert "Unused restart file" not in displaced(0).read_text()
-        assert potential_energy_fj() == pytest.approx(expected, rel=1e-8)
+        assert energy_after_segment_fj(folder, variables, 3000, 3250) == pytest.approx(expected, rel=1e-8)
         assert "Unused restart file" not in (folder / "segment_3250.log").read_text()
         assert (folder / "frames_3250.dump").read_bytes() == frames
     assert moved_by_nothing.count("all move 0 0 0") == 1
 
-    (tmp_path / "displace.lmp").write_text(displace.replace("include ", f"{pair_style}\ninclude ", 1))
+    use_script("displace.lmp", displace.replace("include ", f"{PAIR_STYLE}\ninclude ", 1))
     log = displaced(0)
-    assert potential_energy_fj() != pytest.approx(expected, rel=1e-8)
+    assert energy_after_segment_fj(folder, variables, 3000, 3250) != pytest.approx(expected, rel=1e-8)
     with pytest.raises(RunError, match=r"dropped a part of the restart file start\.restart; log: .*displace\.log"):
         refuse_lost_history(log, Path("start.restart"))
 
 
-def test_displaced_chain_is_on_the_trajectory_of_one_process(folder, variables, displaced, tmp_path, monkeypatch):
+def test_displaced_chain_is_on_the_trajectory_of_one_process(folder, variables, displaced, use_script):
     """The contact history survives a displacement that is more than nothing, too."""
     displaced(1e-6)
     segment(folder, variables, 3000, 3250)
     *_, chain = read_dump(folder / "frames_3250.dump")
-    script = (lammps_run.SCRIPTS / "slurry.lmp").read_text()
     random = "displace_atoms all random 1e-6 1e-6 1e-6 5"
-    (tmp_path / "slurry.lmp").write_text(script.replace("run  ", f"run 0\n{random}\nrun  ", 1))
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    use_script("slurry.lmp", SCRIPTS["slurry.lmp"].replace("run  ", f"run 0\n{random}\nrun  ", 1))
     shutil.copyfile(folder / "start.restart", folder / "step_3000.restart")
     segment(folder, variables, 3000, 3250)
     *_, one_process = read_dump(folder / "frames_3250.dump")
