@@ -1,38 +1,27 @@
 """What a model sees of a particle: every value against the frames it comes from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slurrycast.data.features import FEATURE_NAMES, particle_history
-from slurrycast.data.frames import Frame, Particles
+from slurrycast.data.frames import Frame
+from structures import frame, particles
 
-PARTICLES = Particles(
-    id=np.array([1, 2, 3]),
-    type=np.array([1, 2, 3]),
-    phase=np.array([1, 2, 2]),
-    size_class=np.array([1, 1, 2]),
-    radius_um=np.array([0.55, 0.3, 0.4]),
-    mass_pg=np.ones(3),
-    phase_names=("A", "B"),
-)
+PARTICLES = particles(np.array([1, 2, 2]), np.array([0.55, 0.3, 0.4]), ("A", "B"))
 
 
-def frame(k: int) -> Frame:
-    return Frame(
-        number=k,
-        step=k,
-        time_us=float(k),
-        position_um=100.0 * k + np.arange(9.0).reshape(3, 3),
-        scaled_position=np.zeros((3, 3)),
-        coordination=np.array([k, k + 1, k + 2], dtype=np.int32),
-        lower_um=-np.ones(3),
-        edges_um=2 * np.ones(3),
-    )
+def numbered(k: int) -> Frame:
+    """Frame whose values show its number."""
+    position_um = 100.0 * k + np.arange(9.0).reshape(3, 3)
+    contacts = np.array([k, k + 1, k + 2], dtype=np.int32)
+    return replace(frame(k, position_um, np.full(3, 2.0)), coordination=contacts)
 
 
 def test_history_holds_each_quantity_of_each_frame_in_its_place():
     assert FEATURE_NAMES == ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
-    history = particle_history(PARTICLES, [frame(k) for k in (7, 8, 9, 10)])
+    history = particle_history(PARTICLES, [numbered(k) for k in (7, 8, 9, 10)])
     assert history.shape == (3, 4, 6)
     assert history.dtype == np.float64
     for column, k in enumerate((7, 8, 9, 10)):
@@ -44,5 +33,5 @@ def test_history_holds_each_quantity_of_each_frame_in_its_place():
 
 @pytest.mark.parametrize("order", [(9, 2), (2, 9, 5)])
 def test_frames_stand_in_the_order_given(order):
-    forward, backward = (particle_history(PARTICLES, [frame(k) for k in ks]) for ks in (order, order[::-1]))
+    forward, backward = (particle_history(PARTICLES, [numbered(k) for k in ks]) for ks in (order, order[::-1]))
     np.testing.assert_array_equal(forward, backward[:, ::-1])

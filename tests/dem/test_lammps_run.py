@@ -1,6 +1,5 @@
 """LAMMPS itself: a chain of restarts, MPI ranks, and every way in which a start can fail."""
 
-import json
 import re
 import shlex
 import shutil
@@ -14,30 +13,13 @@ import pytest
 
 from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_dump import read_dump
-from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, refuse_lost_history, run_lammps
+from slurrycast.dem.lammps_run import Launcher, Progress, refuse_lost_history, run_lammps
 from slurrycast.runtime.files import InputError, RunError
 
 ONE_RANK = Launcher("lmp", "mpiexec", 1)
 SCRIPTS = {path.name: path.read_text() for path in lammps_run.SCRIPTS.glob("*.lmp")}
 PAIR_STYLE = SCRIPTS["start.lmp"][SCRIPTS["start.lmp"].index("pair_style") : SCRIPTS["start.lmp"].index("include")]
 WITH_ENERGY = SCRIPTS["slurry.lmp"].replace("thermo_style    custom step", "thermo_style    custom step pe")
-
-
-@pytest.fixture(scope="session")
-def variables(slurry) -> dict:
-    inputs = json.loads((slurry / "inputs.json").read_text())
-    dem = inputs["physics"]["dem"]
-    return {
-        **force_field_variables(inputs["physics"]["force_field"], dem),
-        "data": "initial.data",
-        "coefficients": "coefficients.lmp",
-        "push_off": "push_off.lmp",
-        "push_off_iterations": dem["push_off_iterations"],
-        "velocity_seed": inputs["seeds"]["velocities"],
-        "pressure_damping_us": dem["pressure_damping_us"],
-        "thermo_every_steps": 50,
-        "frame_every_steps": 50,
-    }
 
 
 @pytest.fixture

@@ -10,29 +10,16 @@ import pandas as pd
 import pytest
 
 from slurrycast.dem import lammps_run
-from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps
+from slurrycast.dem.lammps_run import Launcher, run_lammps
 
 RANKS = {1: Launcher("lmp", "mpiexec", 1), 2: Launcher("lmp", "mpiexec", 2)}
 INPUTS = ("initial.data", "coefficients.lmp", "push_off.lmp", "inputs.json")
 SEEDS = range(11, 17)
 
 
-def energies_fj(folder: Path, launcher: Launcher, monkeypatch) -> dict[str, float]:
+def energies_fj(folder: Path, launcher: Launcher, variables: dict, monkeypatch) -> dict[str, float]:
     """Potential and kinetic energy at step 0, after push-off and with velocities, before any move."""
-    inputs = json.loads((folder / "inputs.json").read_text())
-    dem = inputs["physics"]["dem"]
-    variables = {
-        **force_field_variables(inputs["physics"]["force_field"], dem),
-        "data": "initial.data",
-        "coefficients": "coefficients.lmp",
-        "push_off": "push_off.lmp",
-        "push_off_iterations": dem["push_off_iterations"],
-        "velocity_seed": inputs["seeds"]["velocities"],
-        "thermo_every_steps": 50,
-        "frame_every_steps": 50,
-        "from": 0,
-        "to": 0,
-    }
+    variables = {**variables, "from": 0, "to": 0}
     for script in ("push_off", "start"):
         run_lammps(launcher, f"{script}.lmp", variables, folder, f"{script}.log")
     lines = (lammps_run.SCRIPTS / "slurry.lmp").read_text().splitlines()
@@ -46,14 +33,14 @@ def energies_fj(folder: Path, launcher: Launcher, monkeypatch) -> dict[str, floa
     return dict(zip(log.columns, log.thermo[0], strict=True))
 
 
-def test_energies_at_step_0_do_not_depend_on_the_ranks(slurry, tmp_path, monkeypatch):
+def test_energies_at_step_0_do_not_depend_on_the_ranks(slurry, variables, tmp_path, monkeypatch):
     found = {}
     for ranks, launcher in RANKS.items():
         folder = tmp_path / str(ranks)
         folder.mkdir()
         for name in INPUTS:
             shutil.copyfile(slurry / name, folder / name)
-        found[ranks] = energies_fj(folder, launcher, monkeypatch)
+        found[ranks] = energies_fj(folder, launcher, variables, monkeypatch)
     assert found[1]["Step"] == 0
     assert min(abs(found[1][energy]) for energy in ("PotEng", "KinEng")) > 0
     for energy in ("PotEng", "KinEng"):

@@ -180,7 +180,7 @@ def test_steps_of_the_command_line():
             label_and_steps(word)
 
 
-def test_terms_of_the_study():
+def test_terms_of_the_reference_article():
     own = compare_costs(cost_table(("net",)), EQUILIBRIUM, RUNS, STEPS).dropna(subset=["dem"])
     rows = compare_article_costs.terms(own).set_index("term")
     assert rows.article["full DEM / hybrid"] == 41
