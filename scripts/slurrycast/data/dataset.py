@@ -46,9 +46,23 @@ class TrainingSet:
 
 
 def split(n: int, share: float, seed: int) -> np.ndarray:
-    """Draw the validation samples: mask (n,) with `share` x `n` True, rounded, always the same for a `seed`.
+    """Draw the validation samples.
 
-    InputError unless both parts get at least one sample.
+    Parameters
+    ----------
+    n, share
+        Number of samples, and the share of them to draw, 0 to 1; the number drawn is rounded.
+    seed
+        The same samples are drawn for the same seed.
+
+    Returns
+    -------
+    Mask (n,), True for the samples drawn.
+
+    Raises
+    ------
+    InputError
+        Unless both parts get at least one sample.
     """
     drawn = round(share * n)
     if not 0 < drawn < n:

@@ -10,9 +10,17 @@ FEATURE_NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
 
 
 def particle_history(particles: Particles, frames: Sequence[Frame]) -> np.ndarray:
-    """Features (n, frames, 6) of all n particles of a slurry in the order of FEATURE_NAMES; lengths in um.
+    """Features of all n particles of a slurry.
 
-    Coordinates are unwrapped: wrapped ones jump at the periodic faces and would teach false motions.
+    Parameters
+    ----------
+    particles, frames
+        The particles, and the frames that the features are of.
+
+    Returns
+    -------
+    Array (n, frames, 6) in the order of FEATURE_NAMES, lengths in um. Coordinates are unwrapped: wrapped ones jump at
+    the periodic faces and would teach false motions.
     """
     static = np.column_stack([particles.phase, particles.radius_um])
     return np.stack([np.column_stack([static, frame.position_um, frame.coordination]) for frame in frames], axis=1)

@@ -13,9 +13,19 @@ def to_scaled(position: np.ndarray, lower: np.ndarray, edges: np.ndarray) -> np.
 
 
 def wrap(position: np.ndarray, lower: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Periodic image (n, 3) of each position inside the box: lower <= image < lower + edges on every axis.
+    """Periodic images of positions inside the box.
 
-    A position inside the box stays as it is; NaN stays NaN, and infinity becomes NaN.
+    Parameters
+    ----------
+    position
+        Positions (n, 3).
+    lower, edges
+        Lower corner (3,) and edges (3,) of the box, in the same unit.
+
+    Returns
+    -------
+    Images (n, 3) with lower <= image < lower + edges on every axis. A position inside the box stays as it is; NaN stays
+    NaN, and infinity becomes NaN.
     """
     position, lower, edges = (np.asarray(array, dtype=np.float64) for array in (position, lower, edges))
     images = position - edges * np.floor(to_scaled(position, lower, edges))

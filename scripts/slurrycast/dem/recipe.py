@@ -68,8 +68,21 @@ def _whole_shares(total: int, shares: Sequence[float]) -> np.ndarray:
 
 
 def particle_counts(types: Sequence[ParticleType], mass_pg: float) -> np.ndarray:
-    """Number of particles of each type, (types,), in a slurry of `mass_pg`.
+    """Number of particles of each type in a slurry.
 
+    Parameters
+    ----------
+    types
+        All particle types.
+    mass_pg
+        Mass of the slurry.
+
+    Returns
+    -------
+    Whole numbers (types,).
+
+    Notes
+    -----
     A phase of weight fraction w and mean particle mass m (over its number fractions) gets the whole number nearest to
     w mass_pg / m; its classes share that number by number fraction.
     """

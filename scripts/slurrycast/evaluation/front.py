@@ -52,9 +52,16 @@ def front(speedup: pd.DataFrame, structure_errors: pd.DataFrame, last_frames: Ma
 
 
 def with_relative_mse(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
-    """Rows of tables/front.csv with `mse_of_affine`: MSE of the predicted coordinates over that of the affine map.
+    """MSE of the predicted coordinates over that of the affine map, beside cost and structural errors.
 
-    `skill` is tables/skill.csv. Rows without an MSE are left out.
+    Parameters
+    ----------
+    front_table, skill
+        tables/front.csv and tables/skill.csv.
+
+    Returns
+    -------
+    Rows of `front_table` with `mse_of_affine`; rows without an MSE are left out.
     """
     relative = skill.assign(mse_of_affine=skill.mse_um2 / skill.mse_affine_um2)
     relative = relative[["surrogate", "slurry", "mse_of_affine"]].dropna()
@@ -73,9 +80,18 @@ def mean_front(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def non_dominated(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Mark (n,) the points that no other one dominates; cost and error are (n,).
+    """Mark the points that no other point dominates.
 
     A point dominates another one if neither its cost nor its error is larger, and one of the two is smaller.
+
+    Parameters
+    ----------
+    cost, error
+        Cost and error (n,) of each point.
+
+    Returns
+    -------
+    Mask (n,).
     """
     cost, error = np.asarray(cost), np.asarray(error)
     no_worse = (cost[:, None] >= cost) & (error[:, None] >= error)
@@ -89,18 +105,36 @@ def on_front(cost_share: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def equilibrium_share(speedup: pd.DataFrame, slurries: Collection[str], clock: str) -> float:
-    """Mean over `slurries` of what the DEM up to its own equilibrium costs, as a share of the full DEM.
+    """Cost of the DEM up to its own equilibrium, as a share of the full DEM.
 
-    `speedup` is tables/speedup.csv. Slurries that do not reach equilibrium do not count; NaN where none does.
+    Parameters
+    ----------
+    speedup
+        tables/speedup.csv.
+    slurries, clock
+        The slurries that the mean is over, and the clock. Slurries that do not reach equilibrium do not count.
+
+    Returns
+    -------
+    Mean share; NaN if no slurry counts.
     """
     rows = speedup[(speedup.clock == clock) & speedup.slurry.isin(slurries)].drop_duplicates("slurry")
     return float((rows.dem_to_equilibrium / rows.dem).mean())
 
 
 def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> dict[str, float]:
-    """Difference of two DEM runs with other seeds, mean over `slurries`: density_error (2 sd) and rdf_error (spread).
+    """Difference of two DEM runs with other seeds.
 
-    NaN where tables/structure_errors.csv has no replica_sd.
+    Parameters
+    ----------
+    structure_errors
+        tables/structure_errors.csv.
+    slurries
+        The slurries that the mean is over.
+
+    Returns
+    -------
+    density_error (BAND_SDS standard deviations) and rdf_error (mean difference); NaN if the table has no replica_sd.
     """
     rows = structure_errors[(structure_errors.stage == "relaxed") & structure_errors.slurry.isin(slurries)]
     density, rdf = (rows[rows.quantity == quantity] for quantity in ("density_g_cm3", "rdf_all"))
@@ -153,8 +187,15 @@ def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, f
 def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFrame:
     """Every other surrogate beside the DEM with a faster barostat of the same slurry at equal cost, end to end.
 
-    `front_table` is tables/front.csv, `skill` tables/skill.csv. Columns: surrogate, slurry, cost_share_of_full_dem,
-    early_dem_cost_share, each of ERRORS and early_dem_<error>, note; see `reference_at_cost`.
+    Parameters
+    ----------
+    front_table, skill
+        tables/front.csv and tables/skill.csv.
+
+    Returns
+    -------
+    Table with the columns surrogate, slurry, cost_share_of_full_dem, early_dem_cost_share, each of ERRORS and
+    early_dem_<error>, and note; see `reference_at_cost`.
     """
     points = front_table.merge(skill[["surrogate", "slurry", "mse_um2"]], on=["surrogate", "slurry"], how="left")
     faster = points.surrogate.map(is_reference).astype(bool)

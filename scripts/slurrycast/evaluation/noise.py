@@ -40,9 +40,17 @@ def mean_and_sd(values: Sequence[float]) -> tuple[float, float]:
 
 
 def rdf_difference(a: pd.DataFrame, b: pd.DataFrame) -> float:
-    """Mean of |g_a - g_b| over the bins that both curves (columns r_um, g; from r = 0) have.
+    """Mean of |g_a - g_b| over the bins that both curves have.
 
-    InputError if their bins are not equally wide.
+    Parameters
+    ----------
+    a, b
+        Curves (columns r_um, g) from r = 0.
+
+    Raises
+    ------
+    InputError
+        If their bins are not equally wide.
     """
     bins = min(len(a), len(b))
     if bins == 0 or not np.allclose(a["r_um"][:bins], b["r_um"][:bins], rtol=1e-6):
@@ -60,9 +68,23 @@ def rdf_spread(curves: Sequence[pd.DataFrame]) -> tuple[float, float]:
 
 
 def final_deviation_um(structure: FrameStore, dem: FrameStore, frame: int) -> np.ndarray:
-    """Deviation (n, 3) in um of the last frame of `structure` from `frame` of the DEM, each in its own box.
+    """Deviation of the end of a structure from a frame of the DEM, as `errors.deviation_um`.
 
-    As `errors.deviation_um`. InputError if the particles are not the same.
+    Parameters
+    ----------
+    structure
+        Frame store whose last frame is compared.
+    dem, frame
+        Frame store of the DEM, and the number of its frame.
+
+    Returns
+    -------
+    Deviation (n, 3) in um.
+
+    Raises
+    ------
+    InputError
+        If the particles are not the same.
     """
     structure.check_same_particles(dem)
     return deviation_um(dem.position_um(frame), structure.position_um(structure.last))
@@ -76,8 +98,15 @@ def final_mse_um2(structure: FrameStore, dem: FrameStore, frame: int) -> float:
 def skill(mse_um2: float, mse_affine_um2: float, floor_um2: float) -> float:
     """Skill of a prediction: 1 - (MSE - floor) / (MSE of affine - floor).
 
-    It is 0 for a prediction as good as the affine map, negative for a worse one, and 1 at the limit that the DEM sets.
-    NaN if the affine map itself is at the limit.
+    Parameters
+    ----------
+    mse_um2, mse_affine_um2, floor_um2
+        Errors of the prediction and of the affine map, and the floor that the DEM itself sets.
+
+    Returns
+    -------
+    0 for a prediction as good as the affine map, negative for a worse one, 1 at the floor; NaN if the affine map itself
+    is at the floor.
     """
     room_um2 = mse_affine_um2 - floor_um2
     return 1 - (mse_um2 - floor_um2) / room_um2 if room_um2 > 0 else np.nan
@@ -98,9 +127,14 @@ class Noise:
         return rows.loc[np.abs(np.log(rows.particles / particles)).idxmin()]
 
     def spread(self, quantity: str, particles: int) -> float:
-        """Standard deviation of `quantity` between DEM runs of `particles` particles, scaled with particles^-1/2.
+        """Standard deviation of a quantity between DEM runs with other seeds, scaled with particles^-1/2.
 
-        Not for an RDF, whose noise depends on the bins that are compared: `rdf_spread`.
+        Parameters
+        ----------
+        quantity
+            Any but an RDF, whose noise depends on the bins that are compared: `rdf_spread`.
+        particles
+            Number of particles of the slurry.
         """
         row = self._nearest(quantity, particles)
         return float(row["sd"] * np.sqrt(row["particles"] / particles))

@@ -6,9 +6,16 @@ SHRUNK_SHARE = 0.75  # a box edge of this share of its start marks how fast a ru
 
 
 def shrink_time_us(times_us: np.ndarray, edge_um: np.ndarray) -> float:
-    """Time in us at which a box edge (rows,) in um first is SHRUNK_SHARE of its first value; NaN if it never is.
+    """Time at which a box edge first is SHRUNK_SHARE of its first value.
 
-    `times_us` (rows,) are the times of the rows, between which the edge is taken as linear.
+    Parameters
+    ----------
+    times_us, edge_um
+        Times (rows,), rising, and the edge at each of them; it is taken as linear in between.
+
+    Returns
+    -------
+    Time in us; NaN if the edge never is so short.
     """
     mark_um = SHRUNK_SHARE * edge_um[0]
     rows_below = np.flatnonzero(edge_um <= mark_um)

@@ -69,9 +69,16 @@ def read_runs(paths: Iterable[Path]) -> dict[str, dict]:
 
 
 def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
-    """Seconds on `clock` that LAMMPS spent on a DEM run up to step `steps`, push-off and every start included.
+    """Seconds that LAMMPS spent on a DEM run up to a step, push-off and every start included.
 
-    `run` is the content of run.json; a segment that goes on beyond that step counts by its share of steps.
+    Parameters
+    ----------
+    run
+        Content of run.json.
+    steps
+        The step; a segment that continues beyond it counts by its share of steps.
+    clock
+        wall_s or cpu_s.
     """
     seconds = run["start"][clock]
     for segment in run["segments"]:
@@ -177,10 +184,17 @@ def compare_costs(
 
 
 def exponent(particles: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
-    """Exponent b of seconds = a particles^b, both (slurries,), and its standard error.
+    """Exponent b of seconds = a particles^b, and its standard error.
 
-    Both are NaN for less than FEWEST_TO_FIT slurries, or sizes that span less than SPAN_TO_FIT: an exponent from these
-    would be noise.
+    Parameters
+    ----------
+    particles, seconds
+        Number of particles and cost of each slurry, (slurries,).
+
+    Returns
+    -------
+    As `power_law`; both NaN for less than FEWEST_TO_FIT slurries, or sizes that span less than SPAN_TO_FIT, where an
+    exponent would be noise.
     """
     if len(particles) < FEWEST_TO_FIT or np.max(particles) < SPAN_TO_FIT * np.min(particles):
         return np.nan, np.nan
@@ -203,9 +217,19 @@ def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
 
 
 def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: str) -> float:
-    """Seconds that the `training` slurries took, from their inputs to the training set.
+    """Seconds that the training slurries took, from their inputs to the training set.
 
-    InputError if a record is missing.
+    Parameters
+    ----------
+    costs
+        Cost records.
+    training, clock
+        The training slurries, and wall_s or cpu_s.
+
+    Raises
+    ------
+    InputError
+        If a record is missing.
     """
     records = costs[costs.stage.isin(TRAINING_SLURRY_STAGES)]
     recorded = set(zip(records.slurry, records.stage, strict=True))

@@ -41,9 +41,19 @@ class Judged:
 
 
 def judge(predicted: FrameStore, dem: FrameStore, target_frame: int) -> Judged:
-    """Spread and error of one prediction against a frame of the DEM, as `noise.final_deviation_um` takes the error.
+    """Spread and error of one prediction, as `noise.final_deviation_um` takes the error.
 
-    InputError if the prediction has no spread, or none that is finite and above 0, or is of other particles.
+    Parameters
+    ----------
+    predicted
+        Frame store of the prediction.
+    dem, target_frame
+        Frame store of the DEM, and the number of the frame to compare with.
+
+    Raises
+    ------
+    InputError
+        If the prediction has no spread, or one that is not finite and above 0, or is of other particles.
     """
     surrogate, slurry = (str(predicted.attributes.get(name, "-")) for name in ("surrogate", "slurry"))
     spread_um = predicted.position_spread_um(predicted.last)
@@ -159,9 +169,18 @@ def coverage(scores: np.ndarray, factor: float) -> float:
 
 
 def expected_coverage(scores: np.ndarray, levels: Sequence[float]) -> np.ndarray:
-    """Coverage at each level of the spreads as they come, taken as standard deviations of normal errors.
+    """Coverage of the spreads as they come, taken as standard deviations of normal errors.
 
-    On the diagonal if they are that (Kuleshov, Fenner & Ermon, arXiv:1807.00263).
+    Parameters
+    ----------
+    scores
+        |error| / spread, (coordinates,).
+    levels
+        Levels, 0 to 1.
+
+    Returns
+    -------
+    Coverage (levels,); it equals the levels if the assumption holds (Kuleshov, Fenner & Ermon, arXiv:1807.00263).
     """
     from scipy.stats import norm
 
@@ -171,7 +190,14 @@ def expected_coverage(scores: np.ndarray, levels: Sequence[float]) -> np.ndarray
 def rank_correlation(spread_um: np.ndarray, error_um: np.ndarray) -> float:
     """Spearman's correlation of a particle's spread, root mean square over axes, and the length of its error.
 
-    Both arrays are (n, 3). NaN if all particles have the same spread or error, which has no order.
+    Parameters
+    ----------
+    spread_um, error_um
+        Spread and error in um, both (n, 3).
+
+    Returns
+    -------
+    Correlation; NaN if all particles have the same spread or error, which has no order.
     """
     from scipy.stats import spearmanr
 
