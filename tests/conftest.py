@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from configurations import ROOT
+from slurrycast.dem.lammps_run import force_field_variables
 
 os.environ["PYTHONPATH"] = str(ROOT / "scripts")  # of scripts that tests call: the package of this checkout
 # Whichever test starts TensorFlow: sums over several threads come out in another order from run to run.
@@ -123,3 +124,20 @@ def slurry(tmp_path_factory, command, dem_command) -> Path:
     ):
         subprocess.run(words, check=True)
     return folder
+
+
+@pytest.fixture(scope="session")
+def variables(slurry) -> dict[str, object]:
+    """The -var settings of the slurry, but for the steps of a segment."""
+    inputs = json.loads((slurry / "inputs.json").read_text())
+    dem = inputs["physics"]["dem"]
+    return {
+        **force_field_variables(inputs["physics"]["force_field"], dem),
+        "data": "initial.data",
+        "coefficients": "coefficients.lmp",
+        "push_off": "push_off.lmp",
+        "push_off_iterations": dem["push_off_iterations"],
+        "velocity_seed": inputs["seeds"]["velocities"],
+        "thermo_every_steps": 50,
+        "frame_every_steps": 50,
+    }
