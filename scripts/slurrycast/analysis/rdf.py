@@ -11,7 +11,7 @@ import freud
 import numpy as np
 
 from slurrycast.data.frames import Particles
-from slurrycast.data.periodic import wrap
+from slurrycast.data.neighbour_search import freud_box
 from slurrycast.runtime.files import InputError
 
 # Box edges beyond which a sphere would meet its own periodic image, with a margin for the float32 of freud.
@@ -29,14 +29,6 @@ def phase_pairs(particles: Particles) -> dict[str, tuple[str, str]]:
         for a, b in combinations_with_replacement(particles.phase_names, 2)
         if numbers[a] * (numbers[b] - (a == b)) > 0
     }
-
-
-def freud_system(
-    position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray
-) -> tuple[freud.box.Box, np.ndarray]:
-    """Box of freud, and the wrapped positions (n, 3) about its centre as float32."""
-    centred_um = wrap(position_um, lower_um, edges_um) - (lower_um + edges_um / 2)
-    return freud.box.Box(*edges_um), centred_um.astype(np.float32)
 
 
 def bin_edges_um(cutoff_um: float, bins: int, box_edges_um: Iterable[np.ndarray]) -> np.ndarray:
@@ -99,7 +91,7 @@ def radial_distributions(
     density. A particle is no neighbour of itself, neither in the count nor in the number of pairs, n (n - 1). The
     counts of all particles are the sum over the pairs of phases.
     """
-    box, points = freud_system(position_um, lower_um, edges_um)
+    box, points = freud_box(position_um, lower_um, edges_um)
     # Of the volume of the box, in each shell: what an ideal gas has of all possible pairs.
     share_of_box = 4 / 3 * np.pi * np.diff(r_edges_um**3) / np.prod(edges_um)
     r_max_um = float(r_edges_um[-1])

@@ -6,17 +6,14 @@ the particles reach and then decided in float64: they are those of the DEM.
 
 from dataclasses import dataclass
 
-import freud
 import numpy as np
 
-from slurrycast.analysis.rdf import MAX_SHARE_OF_EDGE, freud_system, phase_pairs
+from slurrycast.analysis.rdf import MAX_SHARE_OF_EDGE, phase_pairs
 from slurrycast.data.frames import Particles
+from slurrycast.data.neighbour_search import SEARCH_MARGIN, candidate_pairs
 from slurrycast.data.periodic import minimum_image
 from slurrycast.dem.recipe import sphere_volume_um3
 from slurrycast.runtime.files import InputError
-
-# Share by which contacts are searched further than the largest diameter: far above the rounding of float32.
-SEARCH_MARGIN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,11 +48,8 @@ def find_contacts(
     reach_um = (1 + SEARCH_MARGIN) * widest_um
     if reach_um > MAX_SHARE_OF_EDGE * shortest_um:
         raise InputError(f"box edge {shortest_um:g} um: too short for contacts of particles {widest_um:g} um wide")
-    box, points = freud_system(position_um, lower_um, edges_um)
-    with freud.parallel.NumThreads(1):
-        query = freud.locality.AABBQuery(box, points).query(points, {"r_max": reach_um, "exclude_ii": True})
-        neighbours = np.asarray(query.toNeighborList()[:], dtype=np.intp)
-    first, second = neighbours[neighbours[:, 0] < neighbours[:, 1]].T
+    first, second = candidate_pairs(position_um, lower_um, edges_um, widest_um)
+    first, second = first[first < second], second[first < second]
     distance_um = np.linalg.norm(minimum_image(position_um[second] - position_um[first], edges_um), axis=1)
     touching = distance_um < radius_um[first] + radius_um[second]
     return Contacts(first[touching], second[touching], distance_um[touching])

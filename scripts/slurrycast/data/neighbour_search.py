@@ -1,0 +1,57 @@
+"""Search for neighbouring particles in a periodic box, by freud on one thread.
+
+freud computes in float32 in a box about the origin. Pairs are therefore searched a little further than asked for, and
+the caller decides in float64 which of them count.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slurrycast.data.periodic import wrap
+
+if TYPE_CHECKING:
+    import freud
+
+# Share by which pairs are searched further than asked for: far above the rounding of float32.
+SEARCH_MARGIN = 1e-3
+
+
+def freud_box(
+    position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray
+) -> tuple["freud.box.Box", np.ndarray]:
+    """Box of freud, and wrapped positions (n, 3) about its centre as float32."""
+    import freud
+
+    centred_um = wrap(position_um, lower_um, edges_um) - (lower_um + edges_um / 2)
+    return freud.box.Box(*edges_um), centred_um.astype(np.float32)
+
+
+def candidate_pairs(
+    position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray, reach_um: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of all pairs within a reach and some that are slightly farther.
+
+    Parameters
+    ----------
+    position_um
+        Positions (n, 3), which may be unwrapped.
+    lower_um, edges_um
+        Lower corner (3,) and edges (3,) of the box.
+    reach_um
+        Largest distance; at most half the shortest edge, where freud ends its search.
+
+    Returns
+    -------
+    tuple
+        First and second particle of each pair, (m,) each. Every pair is there in both orders.
+    """
+    import freud
+
+    box, points = freud_box(position_um, lower_um, edges_um)
+    below_half = np.nextafter(np.float32(np.min(edges_um)) / np.float32(2), np.float32(0))
+    r_max = min((1 + SEARCH_MARGIN) * reach_um, float(below_half))
+    with freud.parallel.NumThreads(1):
+        query = freud.locality.AABBQuery(box, points).query(points, {"r_max": r_max, "exclude_ii": True})
+        first, second = np.asarray(query.toNeighborList()[:], dtype=np.intp).T
+    return first, second
