@@ -1,4 +1,4 @@
-"""Compare what the hybrid chain costs for each slurry, end to end, with the full DEM and with the DEM to equilibrium.
+"""Compare the cost of the hybrid chain for each slurry, end to end, with the full DEM and the DEM to equilibrium.
 
 In: tables/cost.csv, tables/equilibrium.csv, the run.json of every slurry, and the DEM step of each surrogate's last
 input frame.

@@ -1,10 +1,10 @@
-"""Compare each surrogate with the DEM itself, hurried on from an input frame by a faster barostat, at equal cost.
+"""Compare each surrogate with the DEM itself, continued from an input frame with a faster barostat, at equal cost.
 
 In: tables/front.csv and tables/skill.csv.
 Out: a table (CSV) of one row for each slurry and surrogate that is not early_dem: cost_share_of_full_dem, error of the
 predicted coordinates (um2), density and RDF error after relaxation, each beside that of early_dem at the same cost, end
-to end (early_dem_cost_share). All early_dem of the slurry, with every barostat and from every input frame, make one
-curve of error against cost: the errors of the one with the lowest MSE that costs at most as much, linear in the
+to end (early_dem_cost_share). All early_dem of the slurry, with every barostat and from every input frame, form one
+curve of error against cost: it has the errors of the one with the lowest MSE that costs no more, and is linear in the
 logarithm of cost in between. Beyond its ends, the errors are those at the nearer end, early_dem_cost_share is the cost
 there, and a note says on which side.
 """

@@ -1,4 +1,4 @@
-"""Plot what the timestep changes in the end of a DEM run and what it costs, and density against the size of a slurry.
+"""Plot how the timestep changes the end of a DEM run and its cost, and density against the size of a slurry.
 
 In: both tables of compare_timesteps.py, and tables/equilibrium.csv for the slurries of all sizes.
 Out: PNG; points are runs with different seeds, the line their mean at each timestep with two standard errors (none for

@@ -1,4 +1,4 @@
-"""Tabulate what each change from the published network to `vgg16_box` buys.
+"""Tabulate the effect of each change from the published network to `vgg16_box`.
 
 In: the training set (HDF5), learning curves (CSV) and the table of skill (CSV).
 Out: a table (CSV), one row for each network and one for `affine`, which is not trained:

@@ -1,4 +1,4 @@
-"""Error against cost: known fronts, and the hurried DEM at equal cost."""
+"""Error against cost: known fronts, and the DEM with a faster barostat at equal cost."""
 
 import json
 import subprocess
@@ -140,7 +140,7 @@ def test_equal_cost_is_half_way_in_the_logarithm_whatever_the_input_frames():
     assert list(rows.note) == ["", ""]
 
 
-def test_beyond_the_hurried_dem_the_nearest_one_is_beside():
+def test_beyond_the_range_the_nearest_dem_is_beside():
     rows = equal_cost([*EARLY, ("affine", 10, 0.05, 0.02), ("vgg16", 10, 0.5, 0.02)], EARLY_MSE_UM2)
     assert list(rows.note) == ["cheaper than any early_dem", "dearer than any early_dem"]
     np.testing.assert_allclose(rows.early_dem_cost_share, [0.1, 0.4])
@@ -178,7 +178,7 @@ def test_share_of_the_dem_to_equilibrium():
     assert np.isnan(equilibrium_share(speedup, {"3"}, "cpu_s"))
 
 
-def test_which_labels_are_the_hurried_dem():
+def test_which_labels_are_the_dem_with_a_faster_barostat():
     assert [is_reference(label) for label in ("early_dem", "early_dem_x2_f01", "early_demons", "affine")] == [
         True,
         True,
