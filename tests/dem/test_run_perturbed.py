@@ -3,14 +3,13 @@
 import re
 import signal
 import subprocess
-import time
 
 import numpy as np
 import pytest
 
 from slurrycast.analysis.errors import coordinate_errors
 from slurrycast.data.frames import read_frames
-from test_run_slurry import flip, killed
+from test_run_slurry import flip, killed, wait_until
 
 
 @pytest.fixture
@@ -144,9 +143,7 @@ def test_perturbed_run_stops_between_segments_when_its_budget_is_used_up(perturb
 
 def test_terminated_perturbed_run_stops_and_goes_on(perturbed, undisturbed, tmp_path):
     process = subprocess.Popen(perturbed(120, 1e-6), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    while not (tmp_path / "work folder" / "segment_2000.json").exists():
-        assert process.poll() is None
-        time.sleep(0.002)
+    wait_until((tmp_path / "work folder" / "segment_2000.json").exists, process)
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 75

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -139,12 +140,17 @@ def test_slurry_that_ends_early_equals_the_start_of_the_whole_run(slurry, tmp_pa
     assert (run["steps"], run["frames_written"]) == (500, 11)
 
 
+def wait_until(reached: Callable[[], object], process: subprocess.Popen) -> None:
+    """Wait until something is reached while a process runs."""
+    while not reached():
+        assert process.poll() is None, "ended too early"
+        time.sleep(0.002)
+
+
 def killed(command: list[str], milestone: Path, everything: bool) -> None:
     """Run `command` until `milestone` exists, then kill the script, or it and all that it started, with SIGKILL."""
     with subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL) as process:
-        while not milestone.exists():
-            assert process.poll() is None, "ended before it could be killed"
-            time.sleep(0.002)
+        wait_until(milestone.exists, process)
         (os.killpg if everything else os.kill)(process.pid, signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
 
@@ -246,9 +252,7 @@ def test_signal_of_a_scheduler_lets_the_segment_end(slurry, tmp_path, dem_comman
     command = dem_command(slurry, tmp_path, 120)
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     log = tmp_path / "work" / "segment_2000.log"
-    while not (log.exists() and "Step " in log.read_text() and log.read_text().count("\n      ") > 2):
-        assert process.poll() is None
-        time.sleep(0.002)
+    wait_until(lambda: log.exists() and "Step " in log.read_text() and log.read_text().count("\n      ") > 2, process)
     lammps = psutil.Process(process.pid).children()
     process.send_signal(number)
     if number == signal.SIGTERM:
@@ -266,9 +270,7 @@ def test_signal_of_a_scheduler_lets_the_segment_end(slurry, tmp_path, dem_comman
 def test_second_run_on_the_same_folder_waits_for_the_first(slurry, tmp_path, dem_command):
     command = dem_command(slurry, tmp_path, 120)
     first = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    while not (tmp_path / "work" / "segment_50.json").exists():
-        assert first.poll() is None
-        time.sleep(0.005)
+    wait_until((tmp_path / "work" / "segment_50.json").exists, first)
     second = subprocess.run(command, check=True, capture_output=True, text=True)
     assert first.wait() == 0
     assert re.search(rf"work: in use by \S+ \(pid {first.pid}\)", second.stdout)
