@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.power_law import power_law
-from slurrycast.runtime.command_line import input_file
+from slurrycast.runtime.command_line import Parser
 from slurrycast.runtime.costs import read_cost
 from slurrycast.runtime.files import InputError
 
@@ -43,10 +43,10 @@ def label_and_steps(word: str) -> tuple[str, int]:
     return label, int(steps)
 
 
-def add_dem_runs(parser: argparse.ArgumentParser) -> None:
+def add_dem_runs(parser: Parser) -> None:
     """Add the options that `compare_costs` needs beside the costs."""
-    parser.add_argument("--equilibrium", type=input_file, required=True, help="in: tables/equilibrium.csv")
-    parser.add_argument("--run-json", nargs="+", type=input_file, required=True, help="in: run.json of the slurries")
+    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
     parser.add_argument(
         "--input-steps",
         nargs="+",
