@@ -1,10 +1,12 @@
-"""Configurations for tests: the shipped ones, and such that differ from them."""
+"""Configurations and slurry tables for tests: the shipped ones, and others that differ from them."""
 
 import copy
 from pathlib import Path
 
 import yaml
 from snakemake.utils import update_config
+
+from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
@@ -34,6 +36,13 @@ def nested(path: str, value: object) -> dict:
     for key in reversed(path.split(".")):
         value = {key: value}
     return value
+
+
+def read_slurries(path: Path | str) -> list[Slurry]:
+    """The slurries of a table without problems."""
+    slurries, lines = read_slurry_table(path)
+    assert lines == []
+    return slurries
 
 
 def copy_tables(folder: Path) -> None:

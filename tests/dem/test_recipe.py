@@ -6,8 +6,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from configurations import ROOT
-from slurrycast.config.configuration import read_slurries
+from configurations import ROOT, read_slurries
 from slurrycast.dem import recipe
 
 CONFIG = ROOT / "config"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from slurrycast import surrogates
-from slurrycast.config import configuration
+from slurrycast.config import configuration, derived_runs, label_settings, physics
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -44,8 +44,8 @@ TRAINING_NEEDED = config["surrogate"]["model"] is None
 if not TRAINING_NEEDED:
     SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # not needed
 
-REPLICAS = {run.id: run for run in configuration.replicas(config, SLURRIES.values())}
-TIMESTEP_RUNS = {run.id: run for run in configuration.timestep_runs(config, SLURRIES.values())}
+REPLICAS = {run.id: run for run in derived_runs.replicas(config, SLURRIES.values())}
+TIMESTEP_RUNS = {run.id: run for run in derived_runs.timestep_runs(config, SLURRIES.values())}
 RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
 
 RESULTS = f"results/{config['run']['name']}"
@@ -53,7 +53,7 @@ SURROGATES = config["surrogate"]["names"]  # in the main job
 FURTHER = config["evaluation"]["surrogates"]
 if not TRAINING_NEEDED:  # leave out surrogates that need the training slurries
     SURROGATES, FURTHER = (
-        [label for label in labels if configuration.without_training(config, label)] for labels in (SURROGATES, FURTHER)
+        [label for label in labels if label_settings.without_training(config, label)] for labels in (SURROGATES, FURTHER)
     )
 LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 MODULES = {text: surrogates.load(label.name) for text, label in LABELS.items()}
@@ -162,7 +162,7 @@ def dem_minutes(wildcards, attempt):
     """Walltime of the DEM of a slurry in minutes."""
     if config["dem"]["budget_min"] is not None:
         return config["dem"]["budget_min"]
-    frame_steps = steps_per_frame(configuration.dem_settings(config, RUNS[wildcards.slurry]))
+    frame_steps = steps_per_frame(derived_runs.dem_settings(config, RUNS[wildcards.slurry]))
     return lammps_minutes(wildcards, last_frame(wildcards) * frame_steps, attempt)
 
 
@@ -224,7 +224,7 @@ def first_frame_seen():
     """Earliest last input frame that all surrogates of the main job learn from; some move their input frames back."""
     learned = [label for label in SURROGATES if MODULES[label].MODEL_FILE]
     last = max(INPUT_FRAMES)
-    return max((configuration.first_frame_seen(config, label) for label in learned), default=last)
+    return max((label_settings.first_frame_seen(config, label) for label in learned), default=last)
 
 
 def surrogate_settings(wildcards):
@@ -290,7 +290,7 @@ def prediction_minutes(wildcards, attempt):
 def relaxation(wildcards):
     """Settings of a relaxation; the wildcard `-500` stands for 500 steps, an empty one for those of the configuration."""
     settings = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
-    steps = wildcards.steps.removeprefix("-") or configuration.own_relaxation_steps(config, wildcards.surrogate)
+    steps = wildcards.steps.removeprefix("-") or label_settings.relaxation_steps(config, wildcards.surrogate)
     return settings | {"steps": int(steps)}
 
 
@@ -303,7 +303,7 @@ def relaxed_for_steps(path):
         raise WorkflowError("evaluation.relaxation_steps = []: must be at least one number for this target")
     paths = []
     for label in LABELS:
-        configured = configuration.own_relaxation_steps(config, label)
+        configured = label_settings.relaxation_steps(config, label)
         steps = ["" if number == configured else f"-{number}" for number in RELAXATION_STEPS]
         paths += expand(path, surrogate=label, slurry=required("validation"), steps=steps)
     return paths

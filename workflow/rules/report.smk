@@ -322,7 +322,7 @@ rule write_evaluation:
         "../../envs/analysis.yaml"
     params:
         run=config["run"]["name"],
-        relaxed_for=section({label: configuration.own_relaxation_steps(config, label) for label in EVALUATED}),
+        relaxed_for=section({label: label_settings.relaxation_steps(config, label) for label in EVALUATED}),
         networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
         density_tolerance=config["evaluation"]["density_tolerance"],
         rdf_tolerance=config["evaluation"]["rdf_tolerance"],

@@ -1,0 +1,211 @@
+"""Checks across keys that a schema cannot express: recipe, force field, DEM, frames and studies.
+
+Each check takes the configuration and the good rows of the slurry table, and yields a line for each problem.
+"""
+
+import itertools
+import math
+import shlex
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+
+from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.schema_errors import shown
+from slurrycast.config.slurry_table import Slurry
+from slurrycast.dem import forcefield, recipe
+
+SUM_TOLERANCE = 1e-6  # for fractions that sum to 1: room for thirds written with seven digits
+
+
+def increasing(values: Sequence[float]) -> bool:
+    """Whether values increase strictly."""
+    return all(a < b for a, b in itertools.pairwise(values))
+
+
+def commands(config: Mapping, _) -> Iterator[str]:
+    """LAMMPS and the MPI launcher are a program, or one with its options."""
+    for key in ("executable", "launcher"):
+        command = config["dem"][key]
+        try:
+            if not shutil.which(command):  # a program with options, which the shell's rules separate
+                shlex.split(command)
+        except ValueError as error:  # an open quote, or a character that no path has
+            yield f"dem.{key} = {shown(command)}: {str(error).lower()}: must be a program, or one with its options"
+
+
+def fractions(config: Mapping, _) -> Iterator[str]:
+    """Mass fractions and number fractions sum to 1."""
+    phases = config["formulation"]["phases"]
+    sums = {"formulation.phases: mass": math.fsum(phase["mass_fraction"] for phase in phases.values())}
+    for name, phase in phases.items():
+        numbers = [size_class["number_fraction"] for size_class in phase["size_classes"]]
+        sums[f"formulation.phases.{name}.size_classes: number"] = math.fsum(numbers)
+    for what, total in sums.items():
+        if abs(total - 1) > SUM_TOLERANCE:
+            yield f"{what} fractions sum to {total:.8g}: must be 1 within {SUM_TOLERANCE:g}"
+
+
+def packing(config: Mapping, _) -> Iterator[str]:
+    """The expected density leaves space between the particles, and the box has to shrink to reach it."""
+    formulation = config["formulation"]
+    expected, start = formulation["expected_density_g_cm3"], formulation["initial_packing_fraction"]
+    # specific volumes add up: the share of the final box that the particles fill
+    final = expected * sum(p["mass_fraction"] / p["density_g_cm3"] for p in formulation["phases"].values())
+    if final >= 1:
+        yield (
+            f"formulation.expected_density_g_cm3 = {shown(expected)}: must be below {expected / final:.4g}, "
+            "the density of the particles without space between them"
+        )
+    if start >= final:
+        yield (
+            f"formulation.initial_packing_fraction = {shown(start)}: must be below {final:.4g}, the packing fraction "
+            "at formulation.expected_density_g_cm3, since the box shrinks"
+        )
+
+
+def _and_more(count: int) -> str:
+    """The end of a line that stands for `count` slurries."""
+    return f" (and {count - 1} more slurries)" if count > 1 else ""
+
+
+def whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Each slurry has at least one particle of each size class."""
+    types = recipe.particle_types(config["formulation"]["phases"])
+    lacking = []
+    for slurry in slurries:
+        mass_pg = slurry.mass_units * config["formulation"]["unit_mass_pg"]
+        counts = recipe.particle_counts(types, mass_pg)
+        absent = [f"{t.phase} {t.diameter_um:g} um" for t, count in zip(types, counts, strict=True) if count == 0]
+        if absent:
+            lacking.append((mass_pg, slurry.id, ", ".join(absent)))
+    if lacking:
+        mass_pg, slurry_id, absent = min(lacking)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} of {mass_pg:.6g} pg has no particle of {absent}: must be "
+            f"enough mass for one of each size class{_and_more(len(lacking))}"
+        )
+
+
+def shortest_edges(config: Mapping, slurries: Sequence[Slurry]) -> list[tuple[float, str]]:
+    """Shortest edge in um that the box of each slurry is expected to end with, and the slurry's id."""
+    formulation = config["formulation"]
+    pg_per_unit_um3 = formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    return [
+        (min(recipe.box_edges_um(slurry.mass_units * pg_per_unit_um3, slurry.thickness_ratio)), slurry.id)
+        for slurry in slurries
+    ]
+
+
+def box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """No particle interacts with two periodic images of another one."""
+    skin_um, types = config["dem"]["skin_um"], recipe.particle_types(config["formulation"]["phases"])
+    cutoff_um = forcefield.largest_cutoff_um(types, config["force_field"]["lennard_jones"])
+    least_um = 2 * (cutoff_um + skin_um)
+    narrow = [(edge_um, slurry_id) for edge_um, slurry_id in shortest_edges(config, slurries) if edge_um <= least_um]
+    if narrow:
+        edge_um, slurry_id = min(narrow)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} ends with a shortest edge of {edge_um:.4g} um: must be "
+            f"above {least_um:.4g} um, twice the largest cutoff {cutoff_um:.4g} (cutoff_factor) and the skin "
+            f"{skin_um:.4g}{_and_more(len(narrow))}"
+        )
+
+
+def attraction(config: Mapping, _) -> Iterator[str]:
+    """The cutoff lies outside the range of repulsion."""
+    lennard_jones = config["force_field"]["lennard_jones"]
+    sigma, cutoff = lennard_jones["sigma_factor"], lennard_jones["cutoff_factor"]
+    if sigma >= cutoff:
+        yield f"force_field.lennard_jones.sigma_factor = {shown(sigma)}: must be below cutoff_factor = {shown(cutoff)}"
+
+
+def timestep(config: Mapping, _) -> Iterator[str]:
+    """The time step resolves the Rayleigh wave and the Hertzian contact."""
+    dem, types = config["dem"], recipe.particle_types(config["formulation"]["phases"])
+    stiffness_kpa = config["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+    times_us = {
+        "rayleigh": forcefield.rayleigh_time_us(types, stiffness_kpa),
+        "hertz": forcefield.hertz_time_us(types, stiffness_kpa, dem["impact_speed_um_us"]),
+    }
+    for name, time_us in times_us.items():
+        share, most = dem["timestep_us"] / time_us, dem[f"max_{name}_share"]
+        if share > most:
+            yield (
+                f"dem.timestep_us = {shown(dem['timestep_us'])}: {share:.3g} of the {name.capitalize()} time "
+                f"{time_us:.4g} us: must be at most {most * time_us:.4g}, dem.max_{name}_share = {shown(most)} of it"
+            )
+
+
+def steps(config: Mapping, _) -> Iterator[str]:
+    """Frames, thermo rows and segments fall on whole steps."""
+    dem = config["dem"]
+    n_steps, intervals, thermo = dem["steps"], dem["frames"] - 1, dem["thermo_every_steps"]
+    if n_steps % intervals:
+        yield f"dem.steps = {n_steps}: must be a multiple of dem.frames - 1 = {intervals}"
+    elif (n_steps // intervals) % thermo:
+        yield f"dem.thermo_every_steps = {thermo}: must divide the {n_steps // intervals} steps between two frames"
+    if dem["segment_frames"] > intervals:
+        yield f"dem.segment_frames = {dem['segment_frames']}: must be at most dem.frames - 1 = {intervals}"
+
+
+def frames(config: Mapping, _) -> Iterator[str]:
+    """Input and target frames lie inside the run, and a surrogate can continue the DEM from each input frame."""
+    last = config["dem"]["frames"] - 1
+    restarts, inputs = config["dem"]["restart_frames"], config["learning"]["input_frames"]
+    target = config["learning"]["target_frame"]
+    for place, numbers in (("dem.restart_frames", restarts), ("learning.input_frames", inputs)):
+        if not increasing(numbers):
+            yield f"{place} = {shown(numbers)}: must be strictly increasing"
+        if max(numbers) > last:
+            yield f"{place} = {shown(numbers)}: must be at most dem.frames - 1 = {last}"
+    absent = [frame for frame in inputs if frame not in restarts]
+    if absent:
+        yield f"learning.input_frames: {shown(absent)} not in dem.restart_frames: must be a restart frame each"
+    if not max(inputs) < target <= last:
+        yield (
+            f"learning.target_frame = {target}: must be after the last input frame {max(inputs)} and at most "
+            f"dem.frames - 1 = {last}"
+        )
+
+
+def derived_ids(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """No slurry has the id of a run that follows from another one."""
+    ids = {slurry.id for slurry in slurries}
+    for key, make in (("evaluation.replicated", replicas), ("convergence.slurry", timestep_runs)):
+        for run in make(config, slurries):
+            if run.id in ids:
+                yield f"{key}: its run {run.id} is named like a slurry of the table: rename that slurry"
+
+
+def convergence(config: Mapping, _) -> Iterator[str]:
+    """Time steps of the study have whole picoseconds, for their names, and keep the times of thermo rows."""
+    steps_us, dem = config["convergence"]["timesteps_us"], config["dem"]
+    wrong = [step for step in steps_us if abs(step * 1e6 - round(step * 1e6)) > 1e-6 or step < 1e-6]
+    if wrong or not increasing(steps_us):
+        yield f"convergence.timesteps_us = {shown(steps_us)}: must be whole picoseconds (1.0e-6), increasing"
+        return
+    interval_us = dem["timestep_us"] * dem["thermo_every_steps"]
+    for step in steps_us:
+        if abs(interval_us / step - round(interval_us / step)) > 1e-6:
+            yield (
+                f"convergence.timesteps_us: {shown(step)}: must divide dem.timestep_us x dem.thermo_every_steps = "
+                f"{interval_us:.6g} us"
+            )
+
+
+def cooling(config: Mapping, _) -> Iterator[str]:
+    """A relaxation cools to the temperature of the DEM, or stays there."""
+    start_k, end_k = config["relaxation"]["start_temperature_k"], config["dem"]["temperature_k"]
+    if start_k < end_k:
+        yield (
+            f"relaxation.start_temperature_k = {shown(start_k)}: must be at least dem.temperature_k = "
+            f"{shown(end_k)}, to which it falls"
+        )
+
+
+def rdf_pair(config: Mapping, _) -> Iterator[str]:
+    """The phases of the RDF exist."""
+    phases = list(config["formulation"]["phases"])
+    for phase in config["analysis"]["rdf_pair"]:
+        if phase not in phases:
+            yield f"analysis.rdf_pair: {shown(phase)}: must be one of {', '.join(phases)}"

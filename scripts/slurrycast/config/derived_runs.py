@@ -1,0 +1,51 @@
+"""DEM runs that follow from rows of the slurry table, and the DEM settings that hold for one run."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from slurrycast.config.slurry_table import Slurry
+from slurrycast.dem import recipe
+
+
+def replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """The replicated slurries with other seeds: 6_r1, 6_r2, ... of slurry 6."""
+    return [
+        dataclasses.replace(
+            slurry, id=f"{slurry.id}_r{k}", role="replica", seed=recipe.derived_seed(slurry.seed, f"replica {k}")
+        )
+        for slurry in slurries
+        if slurry.id in config["evaluation"]["replicated"]
+        for k in range(1, config["evaluation"]["replicas"] + 1)
+    ]
+
+
+def timestep_runs(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """The slurry of the convergence study with each time step and seed: V1_dt2000ps_s1, ...
+
+    They last as long as the slurry itself and have their frames and thermo rows at the same times.
+    """
+    study, dem = config["convergence"], config["dem"]
+    runs = []
+    for slurry in slurries:
+        for step_us in study["timesteps_us"] if slurry.id == study["slurry"] else []:
+            finer = dem["timestep_us"] / step_us
+            settings = {key: round(dem[key] * finer) for key in ("steps", "thermo_every_steps")}
+            runs += [
+                dataclasses.replace(
+                    slurry,
+                    id=f"{slurry.id}_dt{round(step_us * 1e6)}ps_s{k}",
+                    role="timestep",
+                    seed=recipe.derived_seed(slurry.seed, f"convergence {k}"),
+                    dem={"timestep_us": step_us} | settings,
+                )
+                for k in range(1, study["seeds"] + 1)
+            ]
+    return runs
+
+
+def dem_settings(config: Mapping, run: Slurry) -> dict:
+    """The section `dem` as it holds for one run: with the settings of the run, and the damping time for its mass."""
+    settings = {**config["dem"], **run.dem}
+    if exponent := settings.pop("pressure_damping_exponent"):
+        settings["pressure_damping_us"] *= run.mass_units**exponent
+    return settings

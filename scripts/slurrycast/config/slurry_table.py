@@ -1,0 +1,73 @@
+"""The slurry table: one row for each slurry, checked against workflow/schemas/slurries.schema.yaml."""
+
+import csv
+import dataclasses
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from slurrycast.config.schema_errors import schema, schema_errors, shown
+
+
+@dataclasses.dataclass(frozen=True)
+class Slurry:
+    """A row of the slurry table, or a run that follows from one; `dem` then holds the settings in which it differs."""
+
+    id: str
+    role: str
+    mass_units: float  # in formulation.unit_mass_pg
+    thickness_ratio: float  # Lz / Lx
+    seed: int
+    dem: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def _cell(text: str, rule: Mapping) -> str | int | float:
+    """The value of a cell; text that is no number stays text, which the schema then refuses."""
+    try:
+        if rule["type"] == "integer" and re.fullmatch(r"[-+]?\d+", text, re.ASCII):
+            return int(text)
+        if rule["type"] == "number" and re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", text, re.ASCII):
+            return float(text)
+    except ValueError:  # thousands of digits
+        pass
+    return text
+
+
+def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
+    """Read the slurry table at `path`: its good rows, and a line for each problem."""
+    try:
+        # utf-8-sig: spreadsheet programs put a byte order mark in front
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        return [], [f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"]
+    reader = csv.reader(text.splitlines(), delimiter="\t")
+    try:
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        return [], [f"{path} line {reader.line_num}: {error}: must be cells separated by tabs"]
+    columns = schema("slurries")["properties"]
+    if not rows or sorted(rows[0][1]) != sorted(columns):
+        first_line = shown("\t".join(rows[0][1])) if rows else "nothing"
+        return [], [f"{path} line 1: {first_line}: must be the columns {', '.join(columns)}, separated by tabs"]
+    (_, header), *body = rows
+    slurries, lines = [], []
+    seen: dict[tuple[str, Any], int] = {}
+    for number, cells in body:
+        place = f"{path} line {number}"
+        if len(cells) != len(header):
+            lines.append(f"{place}: {len(cells)} cells: must be {len(header)}, separated by tabs")
+            continue
+        row = {name: _cell(cell, columns[name]) for name, cell in zip(header, cells, strict=True)}
+        errors = schema_errors(row, schema("slurries"), hint=lambda *_: "")  # YAML does not read a cell
+        wrong = [f"{place}: {column} = {what}" for column, what in errors]
+        for column in ("id", "seed"):
+            first = seen.setdefault((column, row[column]), number)
+            if first != number:
+                wrong.append(f"{place}: {column} = {shown(row[column])}: must differ from line {first}")
+        lines += wrong
+        if not wrong:
+            slurries.append(Slurry(**row))
+    if not body:
+        lines.append(f"{path}: no slurries: must be at least one row below the column names")
+    return slurries, lines

@@ -1,0 +1,134 @@
+"""Checks across keys that a schema cannot express: surrogates, their labels and models.
+
+Each check takes the configuration and the good rows of the slurry table, and yields a line for each problem.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from slurrycast import surrogates
+from slurrycast.config.dem_checks import increasing, shortest_edges
+from slurrycast.config.label_settings import without_training
+from slurrycast.config.schema_errors import shown
+from slurrycast.config.slurry_table import Slurry
+from slurrycast.runtime.files import InputError
+
+
+def _is_file(path: str) -> bool:
+    """Whether a file exists at any text that may be a path."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):  # too long, or with a character that no path has
+        return False
+
+
+def roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """There are slurries to learn from, and slurries to predict."""
+    present = {slurry.role for slurry in slurries}
+    if "train" not in present and config["surrogate"]["model"] is None:
+        yield f"{config['slurries']}: no slurry of role train: must be at least one unless surrogate.model is given"
+    if not present & {"test", "new"}:
+        yield f"{config['slurries']}: no slurry of role test or new: must be at least one"
+
+
+def labels(config: Mapping, _) -> Iterator[str]:
+    """Each label names a surrogate that can start at its last input frame, in one list only."""
+    names, further = config["surrogate"]["names"], config["evaluation"]["surrogates"]
+    target = config["learning"]["target_frame"]
+    for key, texts in (("surrogate.names", names), ("evaluation.surrogates", further)):
+        for text in texts:
+            try:
+                label = surrogates.parse(text)
+            except InputError as error:
+                yield f"{key}: {str(error).removeprefix('surrogate: ')}"
+                continue
+            surrogate, last = surrogates.load(label.name), label.last_frame
+            n_frames = min(len(config["learning"]["input_frames"]), target if last is None else last + 1)
+            if n_frames < getattr(surrogate, "LEAST_FRAMES", 1):
+                least = f"at least {surrogate.LEAST_FRAMES} input frames, it has {n_frames}"
+                yield f"{key}: {shown(text)}: must have {least}"
+                continue
+            if last is None:  # the last of the input frames
+                continue
+            if surrogate.LEARNS_FROM == "samples":
+                yield f"{key}: {shown(text)}: must be {label.name}, which learns from learning.input_frames only"
+            elif not 0 < last < target:
+                yield f"{key}: {shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"
+            elif surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
+                yield f"{key}: {shown(text)} starts at frame {last}: must be one of dem.restart_frames"
+    for text in further:
+        if text in names:
+            yield f"evaluation.surrogates: {shown(text)}: must not be in surrogate.names too"
+    for text in config["report"]["pictures"]:
+        if text not in names:
+            yield f"report.pictures: {shown(text)}: must be one of surrogate.names, {', '.join(names)}"
+
+
+def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """No particle has two periodic images of another one as neighbours."""
+    used = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
+    cutoff_um = config["surrogate"]["neighbours"]["cutoff_um"]
+    if not any(label.partition("_")[0] == "neighbours" for label in used) or not slurries:
+        return
+    edge_um, slurry_id = min(shortest_edges(config, slurries))
+    if cutoff_um > edge_um / 2:
+        yield (
+            f"surrogate.neighbours.cutoff_um = {shown(cutoff_um)}: must be at most {edge_um / 2:.4g}, half the "
+            f"shortest edge that slurry {slurry_id} ends with"
+        )
+
+
+def intermediate_targets(config: Mapping, _) -> Iterator[str]:
+    """Intermediate targets increase, and the last layer is left for the target itself."""
+    settings = config["surrogate"]["neighbours"]
+    targets, layers = settings["intermediate_targets"], settings["layers"]
+    key = f"surrogate.neighbours.intermediate_targets = {shown(targets)}"
+    if not increasing(targets):
+        yield f"{key}: must be strictly increasing"
+    if len(targets) >= layers:
+        yield f"{key}: must be at most {layers - 1}, one for each of surrogate.neighbours.layers but the last"
+
+
+def model(config: Mapping, _) -> Iterator[str]:
+    """A trained model exists, belongs to one surrogate, and can predict without the training slurries."""
+    names, path = config["surrogate"]["names"], config["surrogate"]["model"]
+    if path is None:
+        return
+    if not _is_file(path):
+        yield f"surrogate.model = {shown(path)}: no such file: must be null or a trained model.keras"
+    try:
+        kinds = {text: surrogates.load(surrogates.parse(text).name) for text in names}
+    except InputError:
+        return  # reported by `labels`
+    of_model = [text for text, surrogate in kinds.items() if surrogate.MODEL_FILE == "model.keras"]
+    if len(of_model) != 1:
+        yield (
+            f"surrogate.names = {shown(names)}: must hold one surrogate with a Keras model, the one that "
+            "surrogate.model is of"
+        )
+    elif not without_training(config, of_model[0]):
+        yield (
+            f"surrogate.packing_fraction = null: must be a number for {of_model[0]} with surrogate.model: the training "
+            "slurries, which would give it, are not run"
+        )
+
+
+def model_of_this_run(config: Mapping, _) -> Iterator[str]:
+    """A trained model lies outside the folder that the run writes: the rule that copies it would delete it first."""
+    path, written = config["surrogate"]["model"], Path("results") / config["run"]["name"] / "models"
+    if path is not None and _is_file(path) and Path(path).resolve().is_relative_to(written.resolve()):
+        yield (
+            f"surrogate.model = {shown(path)}: must lie outside {written}, which this run writes: "
+            "choose another run.name"
+        )
+
+
+def steps_of(config: Mapping, _) -> Iterator[str]:
+    """Relaxation steps are given for surrogates that exist."""
+    used = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
+    for text in config["relaxation"]["steps_of"]:
+        if text not in used and text not in surrogates.NAMES:
+            yield (
+                f"relaxation.steps_of: {shown(text)}: must be the name of a surrogate, {', '.join(surrogates.NAMES)}, "
+                f"or a label of this run, {', '.join(used)}"
+            )

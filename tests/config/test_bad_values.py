@@ -1,0 +1,372 @@
+"""Values that a configuration must not have, and the one line that says so."""
+
+import json
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from configurations import SCALES, load, shipped
+from slurrycast import surrogates
+from slurrycast.config.configuration import check
+from slurrycast.config.schema_errors import schema
+
+pytestmark = pytest.mark.usefixtures("in_empty_project")
+
+NAN, INF = float("nan"), float("inf")
+KNOWN = ", ".join(surrogates.NAMES)
+CONFIG = load("config")
+NAMES, FURTHER = ", ".join(CONFIG["surrogate"]["names"]), ", ".join(CONFIG["evaluation"]["surrogates"])
+RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.', '..' and 'README.md'"
+COMMAND = "text without control characters, not empty, no hyphen in front"
+ID = "text of at most 50 letters, digits and '_'"
+LABELS = "a list of labels of surrogates, each once"
+PHASE = "a phase named with at most 50 letters and digits, at least one"
+PICTURES = "a list of labels in surrogate.names, each once; [] for no pictures"
+DEM = ", ".join(CONFIG["dem"])
+RANKS, MINUTES = "a whole number at least 1 and at most 4096", "null or a whole number of minutes from 1 to 1000000"
+SEED = "a whole number at least 1 and at most 2147483647"
+STEPS, MILLION = (f"a whole number at least 1 and at most {most}" for most in (2000000000, 1000000))
+FRICTION, TIME_STEP, TEMPERATURE = (
+    f"a number at least {least} and at most {most}" for least, most in ((0, 10), ("1e-05", 1), (1, 100000))
+)
+NIO, BDPD = "formulation.phases.NiO", "formulation.phases.BDPD"
+HERTZ, LENNARD_JONES = "force_field.granular_hertz", "force_field.lennard_jones"
+TARGETS = "surrogate.neighbours.intermediate_targets"
+
+# key: what it must be, and values that are not
+OUT_OF_RANGE = {
+    "run.name": (RUN_NAME, ["..", "README.md", "my run", "../demo", "demo\n", "", "größe"]),
+    "run.overwrite": ("true or false", ["yes", 1]),
+    "slurries": (COMMAND, [""]),
+    "formulation.unit_mass_pg": ("a number above 0 and at most 100000", [0, NAN, 773500.0]),
+    "formulation.expected_density_g_cm3": ("a number at least 0.1 and at most 30", [2240.0, 0.00224]),
+    "formulation.initial_packing_fraction": ("a number at least 0.01 and below 0.5", [0.5]),
+    "formulation.phases": (PHASE, [None]),
+    NIO: ("a section with mass_fraction, density_g_cm3, size_classes", [1]),
+    f"{NIO}.mass_fraction": ("a number above 0 and at most 1", [-0.5]),
+    f"{NIO}.density_g_cm3": ("a number at least 0.01 and at most 30", [6670.0, 0.00667]),
+    f"{NIO}.size_classes": ("a list of at least one size class", [[]]),
+    f"{BDPD}.size_classes[0].diameter_um": ("a number at least 0.01 and at most 100", [1100.0, 0.0011]),
+    f"{LENNARD_JONES}.epsilon_fj_per_um": ("a number at least 0 and at most 100", [1000.0]),
+    f"{LENNARD_JONES}.cutoff_factor": ("a number at least 1 and at most 10", [0.9]),
+    f"{HERTZ}.normal_stiffness_kpa": ("a number at least 1000 and at most 1000000000", [200.0]),
+    f"{HERTZ}.normal_damping_per_um_us": ("a number at least 0 and at most 10000", [30000.0]),
+    f"{HERTZ}.friction": (FRICTION, [NAN, -0.1]),
+    "dem": (f"a section with {DEM}", [None]),
+    "dem.executable": (COMMAND, [" "]),
+    "dem.launcher": (COMMAND, [None]),
+    "dem.ranks": (RANKS, [True, 2.0, "two", 0]),
+    "dem.budget_min": (MINUTES, [1.5, 0]),
+    "dem.timestep_us": (TIME_STEP, [True, 2.0, 2e-06, 2000.0]),
+    "dem.steps": (STEPS, [[60000]]),
+    "dem.frames": ("a whole number at least 2 and at most 100000", [1]),
+    "dem.restart_frames[0]": ("a whole number at least 1", [0]),
+    "dem.temperature_k": (TEMPERATURE, [NAN, -300, 0.3, 300000.0]),
+    "dem.temperature_damping_us": ("a number at least 0.001 and at most 100", [200.0, 0.0002]),
+    "dem.pressure_kpa": (TEMPERATURE, [INF, 101325.0, 0.101325]),
+    "dem.pressure_damping_us": ("a number at least 100 and at most 1000000", [1.0, 20000000.0, 20.0]),
+    "dem.pressure_damping_exponent": ("a number at least -2 and at most 2", [-3]),
+    "dem.skin_um": ("a number at least 0.001 and at most 10", [150.0, 0.00015]),
+    "dem.push_off_iterations": (MILLION, [0]),
+    "dem.impact_speed_um_us": ("a number at least 0.001 and at most 10", [100.0, 0.0001]),
+    "learning.input_frames": (
+        "a list of at least one frame number, increasing, each one of dem.restart_frames",
+        [[]],
+    ),
+    "learning.validation_share": ("a number above 0 and below 1", [1]),
+    "learning.seed": (SEED, [0]),
+    "surrogate.names": (LABELS, ["vgg16", ["vgg16", "vgg16"]]),
+    "surrogate.model": ("null or the path of an existing file that ends in .keras, without braces", [1, "model.h5"]),
+    "surrogate.packing_fraction": ("null or a number above 0 and below 1", [1.2]),
+    "surrogate.vgg16.epochs": (MILLION, [0]),
+    "surrogate.vgg16.batch_size": (MILLION, [-4]),
+    "surrogate.driven_dem.steps": (STEPS, [0]),
+    "surrogate.early_dem.flat_within": ("a number above 0 and below 1", [0]),
+    TARGETS: ("a list of numbers above 0 and below 1, each once", [[0.4, 0.4]]),
+    "relaxation.pressure_damping_us": ("a number at least 100 and at most 100000", [1, 200000.0, 0.2]),
+    "relaxation.start_temperature_k": ("a number at least 1 and at most 10000000", [-INF, 0, 30000000.0]),
+    "relaxation.steps_of.affine_f18": (STEPS, [0]),
+    "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
+    "analysis.rdf_bins": (MILLION, [0]),
+    "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
+    "evaluation.replicated": ("a list of ids of slurries of role validation or test, each once", [[]]),
+    "evaluation.replicas": ("a whole number at least 2 and at most 1000", [1]),
+    "evaluation.perturbation_um": ("a number at least 1e-08 and at most 0.0001", [0.001, 1e-09]),
+    "evaluation.rdf_tolerance": ("a number above 0 and at most 1000", [0]),
+    "convergence.timesteps_us": (
+        "a list of at least two time steps from 1.0e-5 to 0.05, in whole picoseconds (1.0e-6), increasing",
+        [[0.001]],
+    ),
+    "convergence.timesteps_us[0]": ("a number at least 1e-05 and at most 0.05", [NAN, 2e-06]),
+    "convergence.timesteps_us[1]": ("a number at least 1e-05 and at most 0.05", [2.0]),
+    "report.pictures": (PICTURES, [True, "off"]),
+}
+# key, what it must be, a value that YAML reads as something else, and what to write
+HINTS = [
+    ("run.name", RUN_NAME, 2026, "put it in quotes to make it text"),
+    ("convergence.slurry", ID, 1, "put it in quotes to make it text"),
+    ("evaluation.replicated[0]", ID, 2, "put it in quotes to make it text"),
+    (
+        f"{BDPD}.size_classes[0].diameter_um",
+        "a number at least 0.01 and at most 100",
+        "0.8",
+        "it is text: write 0.8 without quotes",
+    ),
+    ("dem.timestep_us", TIME_STEP, "1e-4", "1e-4 is text in YAML: write 1.0e-4"),
+    ("dem.steps", STEPS, "6e6", "6e6 is text in YAML: write 6000000"),
+    (
+        "dem.pressure_damping_us",
+        "a number at least 100 and at most 1000000",
+        "2e4",
+        "2e4 is text in YAML: write 2.0e+4",
+    ),
+]
+# key, its value, the end of its line
+UNKNOWN = [
+    ("dem.presure_kpa", 1.0, f"one of {DEM} (do you mean pressure_kpa?)"),
+    ("surrogate.vgg16.epoch", 30, "one of epochs, batch_size, learning_rate, threads (do you mean epochs?)"),
+    ("plot", {}, f"one of {', '.join(CONFIG)} (do you mean report?)"),
+    ("formulation.phases.Ni-O", {}, PHASE),
+    (f"{NIO}.size_classes[0].shape", 2, "one of diameter_um, number_fraction"),
+    ("relaxation.steps_of.Affine", 100, "the name of a surrogate, or a label with one"),
+]
+MISSING = {
+    "report": "a section with pictures",
+    "dem.steps": STEPS,
+    "formulation.phases.8YSZ.density_g_cm3": "a number at least 0.01 and at most 30",
+    "surrogate.vgg16": "a section with epochs, batch_size, learning_rate, threads",
+    f"{NIO}.size_classes[0].number_fraction": "a number above 0 and at most 1",
+}
+# what does not fit together: key, its value, the line without the key, which may be that of another one
+MASS, STEP = "formulation.unit_mass_pg: slurry", "dem.timestep_us = 0.002:"
+TWICE = "twice the largest cutoff"
+CONFLICTS = [
+    ("slurries", "config/none.tsv", "config/none.tsv: cannot be read: No such file or directory"),
+    # particles, fractions and boxes that cannot be
+    (
+        "formulation.unit_mass_pg",
+        170,
+        f"{MASS} T2 ends with a shortest edge of 3.255 um: must be above 3.6 um, {TWICE} 1.65 (cutoff_factor) and the "
+        "skin 0.15 (and 2 more slurries)",
+    ),
+    (
+        f"{NIO}.size_classes",
+        [{"diameter_um": 0.6, "number_fraction": 0.0005}, {"diameter_um": 1.0, "number_fraction": 0.9995}],
+        f"{MASS} 2 of 773.5 pg has no particle of NiO 0.6 um: must be enough mass for one of each size class (and 17 "
+        "more slurries)",
+    ),
+    (
+        "formulation.expected_density_g_cm3",
+        0.5,
+        "formulation.initial_packing_fraction = 0.2: must be below 0.1482, the packing fraction at "
+        "formulation.expected_density_g_cm3, since the box shrinks",
+    ),
+    (
+        "formulation.expected_density_g_cm3",
+        3.5,
+        " = 3.5: must be below 3.373, the density of the particles without space between them",
+    ),
+    (f"{NIO}.mass_fraction", 0.5, "formulation.phases: mass fractions sum to 0.98: must be 1 within 1e-06"),
+    (
+        "formulation.phases.8YSZ.mass_fraction",
+        0.36,
+        "formulation.phases: mass fractions sum to 1.01: must be 1 within 1e-06",
+    ),
+    (
+        f"{NIO}.size_classes",
+        [{"diameter_um": 0.8, "number_fraction": 0.9}],
+        ": number fractions sum to 0.9: must be 1 within 1e-06",
+    ),
+    (f"{LENNARD_JONES}.sigma_factor", 1.5, " = 1.5: must be below cutoff_factor = 1.5"),
+    (
+        f"{LENNARD_JONES}.cutoff_factor",
+        3.0,
+        f"{MASS} T2 ends with a shortest edge of 5.394 um: must be above 6.9 um, {TWICE} 3.3 (cutoff_factor) and the "
+        "skin 0.15 (and 3 more slurries)",
+    ),
+    (
+        "dem.skin_um",
+        2.0,
+        f"{MASS} T2 ends with a shortest edge of 5.394 um: must be above 7.3 um, {TWICE} 1.65 (cutoff_factor) and the "
+        "skin 2 (and 5 more slurries)",
+    ),
+    # time steps
+    (
+        "dem.timestep_us",
+        0.0025,
+        " = 0.0025: 0.481 of the Rayleigh time 0.005196 us: must be at most 0.002079, "
+        "dem.max_rayleigh_share = 0.4 of it",
+    ),
+    (
+        "dem.impact_speed_um_us",
+        10.0,
+        f"{STEP} 0.166 of the Hertz time 0.01204 us: must be at most 0.001204, dem.max_hertz_share = 0.1 of it",
+    ),
+    (
+        "dem.max_rayleigh_share",
+        0.2,
+        f"{STEP} 0.385 of the Rayleigh time 0.005196 us: must be at most 0.001039, dem.max_rayleigh_share = 0.2 of it",
+    ),
+    (
+        f"{HERTZ}.normal_stiffness_kpa",
+        500000.0,
+        f"{STEP} 0.609 of the Rayleigh time 0.003287 us: must be at most 0.001315, dem.max_rayleigh_share = 0.4 of it",
+    ),
+    (
+        "convergence.timesteps_us",
+        [0.001, 0.0005],
+        " = [0.001, 0.0005]: must be whole picoseconds (1.0e-6), increasing",
+    ),
+    (
+        "convergence.timesteps_us",
+        [0.001, 0.0010005],
+        " = [0.001, 0.0010005]: must be whole picoseconds (1.0e-6), increasing",
+    ),
+    (
+        "convergence.timesteps_us",
+        [0.0003, 0.001],
+        ": 0.0003: must divide dem.timestep_us x dem.thermo_every_steps = 1 us",
+    ),
+    # temperatures, steps and frames beyond the run or out of order
+    ("relaxation.start_temperature_k", 299, " = 299: must be at least dem.temperature_k = 300.0, to which it falls"),
+    ("relaxation.start_temperature_k", 30.0, " = 30.0: must be at least dem.temperature_k = 300.0, to which it falls"),
+    ("dem.steps", 60001, " = 60001: must be a multiple of dem.frames - 1 = 120"),
+    ("dem.thermo_every_steps", 300, " = 300: must divide the 500 steps between two frames"),
+    ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
+    (
+        "dem.restart_frames",
+        [1, 2, 4, 7, 8, 9],
+        "learning.input_frames: [10] not in dem.restart_frames: must be a restart frame each",
+    ),
+    ("dem.restart_frames", [1, 2, 4, 7, 9, 8, 10], " = [1, 2, 4, 7, 9, 8, 10]: must be strictly increasing"),
+    (
+        "dem.restart_frames",
+        [1, 2, 4, 7, 8, 9, 10, 121],
+        " = [1, 2, 4, 7, 8, 9, 10, 121]: must be at most dem.frames - 1 = 120",
+    ),
+    ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),
+    ("learning.input_frames", [7, 8, 9, 10, 11], ": [11] not in dem.restart_frames: must be a restart frame each"),
+    ("learning.target_frame", 10, " = 10: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
+    ("learning.target_frame", 121, " = 121: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
+    # surrogates, slurries and phases that do not exist or do not fit
+    (TARGETS, [0.6, 0.4], " = [0.6, 0.4]: must be strictly increasing"),
+    (
+        "surrogate.neighbours.cutoff_um",
+        40,
+        " = 40: must be at most 2.697, half the shortest edge that slurry T2 ends with",
+    ),
+    (
+        "surrogate.neighbours.layers",
+        3,
+        f"{TARGETS} = [0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.75, 0.8...: must be at most 2, one for each of "
+        "surrogate.neighbours.layers but the last",
+    ),
+    ("surrogate.model", "none.keras", ' = "none.keras": no such file: must be null or a trained model.keras'),
+    ("evaluation.surrogates", ["affine"], ': "affine": must not be in surrogate.names too'),
+    ("evaluation.surrogates", ["vgg19"], f": 'vgg19' is not known, allowed: {KNOWN}"),
+    ("report.pictures", ["affine_f02"], f': "affine_f02": must be one of surrogate.names, {NAMES}'),
+    (
+        "relaxation.steps_of",
+        {"affine_f99": 100},
+        f': "affine_f99": must be the name of a surrogate, {KNOWN}, or a label of this run, {NAMES}, {FURTHER}',
+    ),
+    ("analysis.rdf_pair", ["NiO", "YSZ"], ': "YSZ": must be one of BDPD, NiO, 8YSZ'),
+]
+VARIANT = "and _f<NN> for the last input frame"
+BAD_LABELS = {
+    "vgg61": f"'vgg61' is not known, allowed: {KNOWN}",
+    "neighbours_f00": '"neighbours_f00": must have at least 2 input frames, it has 1',
+    "affine_x2": f"'affine_x2' is not known: must be affine, {VARIANT}",
+    "early_dem": (
+        "'early_dem' is not known: must be early_dem_ and a variant that matches x(?P<faster>[1-9]\\d*), " + VARIANT
+    ),
+    "vgg16_f02": '"vgg16_f02": must be vgg16, which learns from learning.input_frames only',
+    "affine_f120": '"affine_f120": its last input frame must be 1 to 119, before the target frame',
+    "affine_f00": '"affine_f00": its last input frame must be 1 to 119, before the target frame',
+    "driven_dem_f03": '"driven_dem_f03" starts at frame 3: must be one of dem.restart_frames',
+    "driven_dem_x2": f"'driven_dem_x2' is not known: must be driven_dem, {VARIANT}",
+    "early_dem_x2_f03": '"early_dem_x2_f03" starts at frame 3: must be one of dem.restart_frames',
+}
+BAD_VALUES = [
+    *(
+        (path, value, f"{path} = {json.dumps(value, ensure_ascii=False)}: must be {must_be}")
+        for path, (must_be, values) in OUT_OF_RANGE.items()
+        for value in values
+    ),
+    *(
+        (path, value, f"{path} = {json.dumps(value)}: must be {must_be} ({hint})")
+        for path, must_be, value, hint in HINTS
+    ),
+    *((path, value, f"{path}: unknown key: must be {may_be}") for path, value, may_be in UNKNOWN),
+    *((path, value, path + line if line[0] in " :" else line) for path, value, line in CONFLICTS),
+    *(("surrogate.names", ["vgg16", label], f"surrogate.names: {line}") for label, line in BAD_LABELS.items()),
+]
+
+
+def place(config: dict, path: str) -> tuple[dict | list, str | int]:
+    """The section or list in which `path` ends, and its key or index there."""
+    *sections, key = [int(part) if part.isdecimal() else part for part in re.split(r"[.\[\]]+", path.removesuffix("]"))]
+    for section in sections:
+        config = config[section]
+    return config, key
+
+
+@pytest.mark.parametrize(("path", "value", "line"), BAD_VALUES)
+def test_bad_value(config, path, value, line):
+    section, key = place(config, path)
+    section[key] = value
+    assert check(config) == [line]
+
+
+@pytest.mark.parametrize(("path", "must_be"), MISSING.items())
+def test_missing_key(config, path, must_be):
+    section, key = place(config, path)
+    del section[key]
+    lines = check(config)
+    assert f"{path}: missing: must be {must_be}" in lines and sum("missing" in line for line in lines) == 1
+
+
+@pytest.mark.parametrize("value", [None, [], 3, "text"])
+def test_configuration_that_is_no_mapping(value):
+    (line,) = check(value)
+    assert re.match(r"configuration = .*: must be a section with run, slurries", line)
+
+
+def test_keys_that_yaml_does_not_read_as_text(config):
+    config["formulation"]["phases"][8] = config["formulation"]["phases"].pop("8YSZ")
+    config["report"][False] = 1
+    lines = check(config)
+    assert "formulation.phases: key 8 is not text: put it in quotes" in lines
+    assert "report: key false is not text: put it in quotes" in lines
+
+
+def quantities(value: object, rule: dict, path: str = "") -> Iterator[tuple[str, float, dict]]:
+    """Yield (path, value, schema) for every number that has a unit."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            below = rule.get("properties", {}).get(key) or next(iter(rule["patternProperties"].values()))
+            yield from quantities(item, below, f"{path}.{key}".lstrip("."))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from quantities(item, rule["items"], f"{path}[{index}]")
+    elif "unit" in rule and rule["type"] == "number":
+        yield path, value, rule
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+@pytest.mark.parametrize("scale", ["config", *SCALES])
+def test_no_quantity_passes_in_a_unit_a_factor_of_1000_off(scale, factor):
+    """The line names the key, but for a stiffness: what no longer fits is the time step."""
+    with_unit = list(quantities(shipped(scale), schema("config")))
+    assert {"um", "us", "K", "kPa", "pg", "g/cm3"} < {rule["unit"] for _, _, rule in with_unit}
+    for path, value, rule in with_unit:
+        if factor < 1 and rule.get("minimum") == 0:
+            continue  # a force may also be absent
+        config = shipped(scale)
+        section, key = place(config, path)
+        section[key] = value * factor
+        name = re.sub(r"\[\d+\]$", "", path).rpartition(".")[2]
+        expected = "dem.timestep_us" if (name, factor) == ("normal_stiffness_kpa", 1e3) else name
+        lines = check(config)
+        assert lines and expected in lines[0].partition("=")[0], (path, value, lines)

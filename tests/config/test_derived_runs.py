@@ -1,0 +1,44 @@
+"""DEM runs that follow from rows of the slurry table, and their settings."""
+
+import pytest
+
+from configurations import ROOT, read_slurries
+from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.physics import physics
+from slurrycast.config.slurry_table import Slurry
+
+
+@pytest.fixture
+def slurries() -> list[Slurry]:
+    return read_slurries(ROOT / "config" / "slurries.tsv")
+
+
+def test_replicas_differ_from_their_slurry_in_id_role_and_seed_alone(config, slurries):
+    runs = replicas(config, slurries)
+    assert [run.id for run in runs] == [f"{slurry}_r{k}" for slurry in "26" for k in range(1, 6)]
+    assert {run.role for run in runs} == {"replica"}
+    assert len({run.seed for run in [*runs, *slurries]}) == len(runs) + len(slurries)
+    original = physics(config, next(slurry for slurry in slurries if slurry.id == "6"))
+    assert physics(config, runs[-1]) == original | {"slurry": original["slurry"] | {"seed": runs[-1].seed}}
+
+
+def test_timestep_runs_end_at_the_same_time_with_the_same_frames(config, slurries):
+    runs = timestep_runs(config, slurries)
+    assert [run.id for run in runs[::3]] == ["V1_dt100ps_s1", "V1_dt500ps_s1", "V1_dt1000ps_s1", "V1_dt2000ps_s1"]
+    assert len({run.seed for run in runs}) == config["convergence"]["seeds"]
+    for run in runs:
+        dem = physics(config, run)["dem"]
+        assert dem["steps"] * dem["timestep_us"] == pytest.approx(120)
+        assert dem["thermo_every_steps"] * dem["timestep_us"] == pytest.approx(1)
+        assert dem["frames"] == config["dem"]["frames"]
+        assert dem["steps"] % (dem["frames"] - 1) == 0
+
+
+def test_damping_time_for_the_mass_of_a_slurry(config):
+    one, five = (Slurry(f"{units}", "test", units, 2.0, 1) for units in (1, 5))
+    damping_us = config["dem"]["pressure_damping_us"]
+    assert physics(config, five)["dem"]["pressure_damping_us"] == damping_us
+    config["dem"]["pressure_damping_exponent"] = -0.3
+    assert physics(config, one)["dem"]["pressure_damping_us"] == damping_us
+    assert physics(config, five)["dem"]["pressure_damping_us"] == pytest.approx(damping_us * 5**-0.3)
+    assert "pressure_damping_exponent" not in physics(config, one)["dem"]

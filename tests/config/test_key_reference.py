@@ -1,0 +1,49 @@
+"""The schemas, and config/README.md, which is written from them."""
+
+import jsonschema
+import pytest
+
+from configurations import ROOT, shipped
+from slurrycast.config import reference
+from slurrycast.config.schema_errors import schema
+from slurrycast.dem.recipe import particle_counts, particle_types
+
+README = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["config", "slurries"])
+def test_schemas_are_valid_and_refuse_unknown_keys_at_every_level(name):
+    def sections(rule):
+        if rule.get("type") == "object":
+            yield rule
+        items = [rule["items"]] if "items" in rule else []
+        for item in [*rule.get("properties", {}).values(), *rule.get("patternProperties", {}).values(), *items]:
+            assert "type" in item and "description" in item
+            yield from sections(item)
+
+    jsonschema.Draft202012Validator.check_schema(schema(name))
+    for section in sections(schema(name)):
+        assert section["additionalProperties"] is False
+        assert section.get("required", []) == list(section.get("properties", {}))
+
+
+def test_readme_is_in_step_with_schema_and_configuration():
+    assert README.partition(reference.GENERATED)[2] == reference.reference()
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)
+def test_readme_has_every_configuration_with_its_scale(path):
+    """In its table, between the name of the file and what it is for."""
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in README.splitlines() if line.startswith("| `")]
+    (row,) = (row for row in rows if f"`{path.name}`" in row[0])
+    config = shipped(path.stem)
+    types = particle_types(config["formulation"]["phases"])
+    particles = particle_counts(types, config["formulation"]["unit_mass_pg"]).sum()
+    (network,) = {"neighbours", "vgg16"} & set(config["surrogate"]["names"])
+    epochs = config["surrogate"][network]["epochs"]
+    assert row[1:5] == [
+        f"{particles:,}".replace(",", " "),
+        f"{config['dem']['steps']:,}".replace(",", " "),
+        f"{config['dem']['timestep_us']:.0e}".replace("e-0", "e-"),
+        f"{epochs}" if network == "vgg16" else f"{epochs} of `{network}`",
+    ]

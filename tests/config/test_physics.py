@@ -1,0 +1,114 @@
+"""Earlier DEM results: which changes of the configuration they refuse."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from configurations import merged, nested, read_slurries
+from slurrycast.config.configuration import check
+from slurrycast.config.physics import changed_physics, physics
+
+pytestmark = pytest.mark.usefixtures("in_empty_project")
+TABLE = Path("config/slurries.tsv")
+
+
+@pytest.fixture
+def run(in_empty_project, config):
+    """DEM results of the shipped configuration for two of its slurries, as the workflow stores them."""
+    for slurry in read_slurries(TABLE)[:2]:
+        path = Path("results/demo/dem", slurry.id, "run.json")
+        path.parent.mkdir(parents=True)
+        path.write_text(json.dumps({"physics": physics(config, slurry)}, sort_keys=True))
+    return config
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("dem.executable", "lmp"),  # nothing is changed
+        ("dem.executable", "/opt/lammps/lmp"),
+        ("dem.launcher", "srun"),
+        ("dem.ranks", 4),
+        ("dem.max_rayleigh_share", 0.5),
+        ("dem.max_density_drift", 0.1),
+        ("dem.impact_speed_um_us", 0.2),
+        ("formulation.expected_density_g_cm3", 2.3),
+        ("surrogate.vgg16.epochs", 3),
+        ("relaxation.steps", 10),
+    ],
+)
+def test_settings_that_the_dem_does_not_depend_on_may_change(run, path, value):
+    assert check(merged(run, nested(path, value))) == []
+
+
+def test_role_may_change(run):
+    TABLE.write_text(TABLE.read_text().replace("T1\ttrain", "T1\ttest"))
+    assert check(run) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "difference"),
+    [
+        ("dem.timestep_us", 0.001, "dem.timestep_us = 0.002, the configuration has 0.001"),
+        ("dem.segment_frames", 12, "dem.segment_frames = 6, the configuration has 12"),
+        ("formulation.unit_mass_pg", 800, "formulation.unit_mass_pg = 773.5, the configuration has 800"),
+        ("force_field.granular_hertz.friction", 0, "granular_hertz.friction = 0.015, the configuration has 0"),
+        (
+            "formulation.phases.BDPD.size_classes",
+            [{"diameter_um": 1.2, "number_fraction": 1.0}],
+            "BDPD.size_classes[0].diameter_um = 1.1, the configuration has 1.2",
+        ),
+    ],
+)
+def test_changed_physics_is_refused_in_one_line(run, path, value, difference):
+    changed = merged(run, nested(path, value))
+    (line,) = check(changed)
+    assert line.startswith("results/demo: the DEM of slurry T1 was run with ") and difference in line
+    assert line.endswith(": choose another run.name, or set run.overwrite: true to compute it anew")
+    assert "more)" not in line
+    assert check(merged(changed, {"run": {"overwrite": True}})) == []
+    assert check(merged(changed, {"run": {"name": "other"}})) == []
+
+
+def test_several_changes_are_counted_in_the_one_line(run):
+    changes = {"dem": {"steps": 120000, "skin_um": 0.1}, "force_field": {"granular_hertz": {"friction": 0.1}}}
+    (line,) = check(merged(run, changes))
+    assert "friction = 0.015, the configuration has 0.1 (and 2 more): choose" in line
+
+
+@pytest.mark.parametrize(
+    ("row", "difference"),
+    [
+        ("T1\ttrain\t1.5\t1.0\t1001", "slurry.mass_units = 1.0, the configuration has 1.5"),
+        ("T1\ttrain\t1\t1.1\t1001", "slurry.thickness_ratio = 1.0, the configuration has 1.1"),
+        ("T1\ttrain\t1\t1.0\t1111", "slurry.seed = 1001, the configuration has 1111"),
+    ],
+)
+def test_changed_slurry_row_is_refused(run, row, difference):
+    TABLE.write_text(TABLE.read_text().replace("T1\ttrain\t1\t1.0\t1001", row))
+    (line,) = check(run)
+    assert f"the DEM of slurry T1 was run with {difference}: choose" in line
+
+
+def test_renamed_and_reordered_phases_are_refused(run):
+    phases = run["formulation"]["phases"]
+    run["formulation"]["phases"] = dict(reversed(phases.items()))
+    (line,) = check(run)
+    assert 'formulation.order = ["BDPD", "NiO", "8YSZ"], the configuration has ["8YSZ", "NiO", "BDPD"]' in line
+    run["analysis"]["rdf_pair"] = ["Ni", "8YSZ"]
+    run["formulation"]["phases"] = {"Ni": phases["NiO"], "8YSZ": phases["8YSZ"], "BDPD": phases["BDPD"]}
+    (line,) = check(run)
+    assert "was run without formulation.phases.Ni.mass_fraction, the configuration has 0.52 (and " in line
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"physics": '])
+def test_corrupt_record_of_a_run_is_refused_in_one_line(run, text):
+    Path("results/demo/dem/T2/run.json").write_text(text)
+    (line,) = check(run)
+    assert line.startswith("results/demo/dem/T2/run.json: does not say with which settings it was run: choose another")
+
+
+def test_only_the_given_folder_is_compared(run):
+    run["dem"]["skin_um"] = 0.2
+    assert [len(changed_physics(run, read_slurries(TABLE), f"results/{name}")) for name in ("none", "demo")] == [0, 1]

@@ -1,0 +1,88 @@
+"""Surrogates in the configuration: trained models, and what follows for one label."""
+
+from pathlib import Path
+
+import pytest
+
+from configurations import HEADER
+from slurrycast.config.configuration import check
+from slurrycast.config.label_settings import first_frame_seen, relaxation_steps, without_training
+
+pytestmark = pytest.mark.usefixtures("in_empty_project")
+
+
+@pytest.fixture
+def with_model(in_empty_project, config) -> dict:
+    """The shipped configuration with a trained model, without evaluation and pictures of surrogates."""
+    Path("model.keras").touch()
+    config["surrogate"]["model"] = "model.keras"
+    config["report"]["pictures"] = config["evaluation"]["surrogates"] = []
+    return config
+
+
+def test_training_slurries_are_not_needed_where_a_model_is_given(config):
+    Path("new.tsv").write_text(HEADER + "N1\tnew\t2\t1\t7\n")
+    Path("model.keras").touch()
+    config["slurries"], config["surrogate"]["model"] = "new.tsv", "model.keras"
+    assert check(config) == []
+    config["surrogate"]["names"] = []
+    assert check(config) == ["surrogate.names = []: must be a list of labels of surrogates, each once"]
+
+
+def test_a_model_that_the_run_itself_writes_is_refused(config):
+    """Its rule would delete it before it copies it."""
+    model = Path("results/demo/models/vgg16/model.keras")
+    model.parent.mkdir(parents=True)
+    model.touch()
+    config["surrogate"]["model"] = f"./{model}"
+    assert check(config) == [
+        'surrogate.model = "./results/demo/models/vgg16/model.keras": must lie outside results/demo/models, '
+        "which this run writes: choose another run.name"
+    ]
+    config["run"]["name"] = "new_slurry"
+    assert check(config) == []
+
+
+@pytest.mark.parametrize("names", [["linear"], ["affine"], ["vgg16", "vgg16_box"]])
+def test_a_model_is_of_one_keras_surrogate(with_model, names):
+    with_model["surrogate"] |= {"names": names, "packing_fraction": 0.66}
+    (line,) = check(with_model)
+    assert line.endswith("must hold one surrogate with a Keras model, the one that surrogate.model is of")
+
+
+def test_a_model_without_its_box_needs_the_packing_fraction(with_model):
+    with_model["surrogate"]["names"] = ["affine", "vgg16_box"]
+    (line,) = check(with_model)
+    assert line.startswith("surrogate.packing_fraction = null: must be a number for vgg16_box with surrogate.model")
+    with_model["surrogate"]["packing_fraction"] = 0.66
+    assert check(with_model) == []
+
+
+@pytest.mark.parametrize(
+    ("packing_fraction", "expected"),
+    [
+        (None, ["persistence", "vgg16", "early_dem_x2"]),
+        (0.66, ["persistence", "affine", "vgg16", "driven_dem", "early_dem_x2"]),
+    ],
+)
+def test_what_needs_no_training_slurries(config, packing_fraction, expected):
+    """driven_dem goes on with the DEM as early_dem does, but the box has to come from somewhere."""
+    config["surrogate"]["packing_fraction"] = packing_fraction
+    labels = [*config["surrogate"]["names"], "vgg16_box", "driven_dem", "early_dem_x2"]
+    assert [label for label in labels if without_training(config, label)] == expected
+
+
+def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
+    config["learning"]["input_frames"] = [7, 8, 9, 10]
+    config["surrogate"]["neighbours"]["earlier_frames"] = 2
+    expected = {"neighbours": 8, "neighbours_f18": 16, "vgg16": 10, "linear": 10}
+    assert {label: first_frame_seen(config, label) for label in expected} == expected
+
+
+def test_relaxation_steps_of_a_label_go_before_those_of_its_surrogate(config):
+    config["relaxation"] |= {"steps": 3500, "steps_of": {"neighbours": 2000, "neighbours_f18": 1500}}
+    expected = {"affine": 3500, "neighbours": 2000, "neighbours_f18": 1500, "neighbours_f06": 2000}
+    assert {label: relaxation_steps(config, label) for label in expected} == expected
+    config["relaxation"]["steps_of"] = {"early_dem": 1000}  # a name that is no label without a variant
+    assert check(config) == []
+    assert relaxation_steps(config, "early_dem_x2") == 1000
