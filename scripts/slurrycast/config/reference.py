@@ -1,6 +1,7 @@
 """Writes the generated part of config/README.md, the reference of all keys: python -m slurrycast.config.reference."""
 
 import json
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -48,7 +49,9 @@ def reference() -> str:
     text = "\n## Keys\n\nEvery key is required. The last column is `config.yaml`, the demo scale.\n"
     head = "| key | unit | meaning | allowed | demo |\n|---|---|---|---|---|\n"
     for key, rule in schema("config")["properties"].items():
-        text += f"\n### `{key}`\n\n" + (f"{rule['description']}\n\n" if rule["type"] == "object" else "")
+        text += f"\n### `{key}`\n\n" + (
+            textwrap.fill(rule["description"], 120) + "\n\n" if "properties" in rule else ""
+        )
         text += head + "\n".join(_row(rule, default, key, (key,))) + "\n"
     text += "\n## Columns of the slurry table\n\n| column | unit | meaning | allowed |\n|---|---|---|---|\n"
     return text + "\n".join(_rows(schema("slurries"), None)) + "\n"
