@@ -29,7 +29,7 @@ def project(tmp_path_factory):
 
 @pytest.mark.parametrize(("ranks", "program"), [(1, "executable"), (2, "launcher")])
 def test_hostile_texts_stay_text(project, ranks, program):
-    """Every key that may be any text (test_bad_input.ANY_TEXT), through jobs that are really run."""
+    """Every key that may be any text (test_hostile_text.ANY_TEXT), through jobs that are really run."""
     dem = {"executable": "lmp", "launcher": TEXT, "ranks": ranks} | {program: TEXT}
     name = f"ranks_{ranks}"
     config = load("tiny") | {"run": {"name": name}, "slurries": f"{TEXT}.tsv"}

@@ -29,12 +29,8 @@ def _is_finite(_, value: Any) -> bool:
 
 
 # JSON Schema takes 2.0 for an integer, and Python takes NaN for a number.
-_Validator = jsonschema.validators.extend(
-    jsonschema.Draft202012Validator,
-    type_checker=jsonschema.Draft202012Validator.TYPE_CHECKER.redefine_many(
-        {"integer": _is_whole, "number": _is_finite}
-    ),
-)
+_TYPES = jsonschema.Draft202012Validator.TYPE_CHECKER.redefine_many({"integer": _is_whole, "number": _is_finite})
+_Validator = jsonschema.validators.extend(jsonschema.Draft202012Validator, type_checker=_TYPES)
 
 
 @functools.cache
@@ -103,11 +99,8 @@ def with_text_keys(value: Any, path: str, lines: list[str]) -> Any:
         The copy of `value`.
     """
     if isinstance(value, Mapping):
-        lines += [
-            f"{path or 'configuration'}: key {shown(key)} is not text: put it in quotes"
-            for key in value
-            if not isinstance(key, str)
-        ]
+        wrong = [shown(key) for key in value if not isinstance(key, str)]
+        lines += [f"{path or 'configuration'}: key {key} is not text: put it in quotes" for key in wrong]
         return {str(k): with_text_keys(v, f"{path}.{k}".lstrip("."), lines) for k, v in value.items()}
     if isinstance(value, list):
         return [with_text_keys(item, f"{path}[{i}]", lines) for i, item in enumerate(value)]
