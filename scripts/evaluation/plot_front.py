@@ -11,7 +11,6 @@ error, is at most as dear and better.
 """
 
 import argparse
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -66,7 +65,7 @@ ON_LINE = np.linspace(0, 1, 20)[:, None]  # where texts look whether they would 
 
 def plain_label(label: str) -> str:
     """The label without its last input frame: `early_dem_x10` of `early_dem_x10_f02`."""
-    return re.sub(r"_f\d+$", "", label) if surrogates.parse(label).last_frame is not None else label
+    return surrogates.parse(label).without_frame
 
 
 def place_numbers(axes: Axes, points: np.ndarray, numbers: Mapping[int, str], lines: Sequence[Sequence[int]]) -> None:

@@ -16,10 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
 
+from slurrycast import surrogates
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
-from slurrycast.report.figures import FAINT, main_labels, new_figure, save_figure, surrogate_colours
+from slurrycast.report.figures import FAINT, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError
 
@@ -50,7 +51,7 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
 
 def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
     """Draw both panels; `table` is tables/relaxation.csv, `rdf_tolerance` the band of the RDF in replica spreads."""
-    labels = main_labels(list(dict.fromkeys(table.surrogate)))
+    labels = surrogates.main_labels(list(dict.fromkeys(table.surrogate)))
     colours = surrogate_colours(labels)
     figure = new_figure(10.0, 5.0)
     panels = figure.subplots(1, len(PANELS))

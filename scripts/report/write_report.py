@@ -28,8 +28,8 @@ def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
 
 def described(label: str) -> tuple[str, str]:
     """What the surrogate `label` looks at, and its rule for the final box, in words."""
-    module = surrogates.load(surrogates.parse(label).name)
-    return module.LOOKS_AT, module.BOX_RULE.replace("_", " ")
+    surrogate = surrogates.parse(label).surrogate
+    return surrogate.looks_at, surrogate.box_rule.name.replace("_", " ")
 
 
 def parse_args() -> argparse.Namespace:
@@ -76,7 +76,7 @@ def main() -> None:
         descriptions={label: described(label) for label in args.surrogates},
         histories={label: read_table(path) for label, path in args.histories},
         networks={label: read_network(path) for label, path in args.models},
-        weights_of={label: surrogates.load(surrogates.parse(label).name).WEIGHTS_OF for label, _ in args.models},
+        weights_of={label: surrogates.parse(label).surrogate.weights_epoch for label, _ in args.models},
         figures={path.stem: path for path in args.figures},
     )
     write_text(args.report, report_html(results))

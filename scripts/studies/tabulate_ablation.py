@@ -24,7 +24,7 @@ from slurrycast.data.dataset import TrainingSet, read_training_set
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
-from slurrycast.surrogates import vgg16, vgg16_box
+from slurrycast.surrogates import vgg16_box
 
 ROLES = ("validation", "test")
 COLUMNS = (
@@ -52,7 +52,7 @@ def parse_args() -> argparse.Namespace:
 def words(label: str) -> dict[str, str]:
     """What the network of a label is fed and asked, as the table says it. InputError if it is not of the ablation."""
     parsed = surrogates.parse(label)
-    if parsed.name == vgg16_box.NAME:
+    if parsed.name == "vgg16_box":
         form = vgg16_box.form(parsed.settings)
         return {
             "target": "displacement" if form.displacement else "absolute",
@@ -60,7 +60,7 @@ def words(label: str) -> dict[str, str]:
             "box": "yes" if form.box else "no",
             "standardised": "yes",
         }
-    if parsed.name != vgg16.NAME:
+    if parsed.name != "vgg16":
         raise InputError(f"--surrogates: {label} is not part of the ablation, allowed: vgg16 and vgg16_box")
     coordinates = parsed.settings.get("coordinates") or "xu"
     return {"target": "absolute", "coordinates": coordinates, "box": "no", "standardised": "no"}

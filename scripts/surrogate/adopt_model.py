@@ -49,17 +49,16 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
-        shapes, kinds = read_architecture(args.trained)
-        surrogate = surrogates.load(label.name)
-        expected = surrogate.input_shapes(len(args.input_frames), label.settings)
-        # the one input of a network of one, whatever its name
-        found = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
-        if any(found.get(name) != shape for name, shape in expected.items()):
+        shapes, layers = read_architecture(args.trained)
+        expected = label.surrogate.input_shapes(len(args.input_frames), label.settings)
+        # a network with one input may call it as it likes
+        named = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
+        if any(named.get(name) != shape for name, shape in expected.items()):
             raise InputError(
                 f"surrogate.model: {args.trained} takes inputs of shape {_listed(shapes)}, "
                 f"{args.surrogate} needs {_listed(expected)}"
             )
-        if not {getattr(surrogate, "MODEL_LAYER", None)} <= {None, *kinds}:
+        if label.surrogate.model_layer not in (None, *layers):
             raise InputError(
                 f"surrogate.model: {args.trained} is no model of {label.name}, or one of an earlier version: "
                 "train it again"

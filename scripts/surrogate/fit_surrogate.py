@@ -32,7 +32,7 @@ def main() -> None:
     with measured_cost(args.cost, "fit_surrogate", surrogate=args.surrogate) as cost:
         training_set = read_training_set(args.dataset)
         settings = {**args.settings, **label.settings, "seed": args.seed}
-        model = surrogates.load(label.name).fit(training_set, settings, args.model)
+        model = label.surrogate.fit(training_set, settings, args.model)
         cost.particles = len(training_set)
     print(f"[{args.surrogate}] {json.dumps(model)}")
 

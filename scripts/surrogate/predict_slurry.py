@@ -10,13 +10,12 @@ import argparse
 import contextlib
 import json
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
 from slurrycast import surrogates
-from slurrycast.data import final_box
-from slurrycast.data.frames import Frame, FrameStore, read_frames, write_frames
+from slurrycast.data.final_box import scale_to_packing_fraction
+from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, write_frames
 from slurrycast.data.periodic import to_scaled
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.dem.recipe import sphere_volume_um3
@@ -24,6 +23,7 @@ from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.work_folder import work_folder
+from slurrycast.surrogates.base import Surrogate
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 
@@ -48,11 +48,11 @@ def parse_args() -> argparse.Namespace:
     going_on.add_argument("--work", type=Path, help="work folder; kept with the logs if LAMMPS fails")
     parser.add_lammps(going_on)
     args = parser.parse_args()
-    surrogate = surrogates.load(surrogates.parse(args.surrogate).name)
+    surrogate = surrogates.parse(args.surrogate).surrogate
     needed = {
-        "--model": surrogate.MODEL_FILE is not None and args.model is None,
-        "--packing": surrogate.BOX_RULE == "mean_packing_fraction" and args.packing is None,
-        **{f"--{name}": surrogate.CONTINUES_DEM and getattr(args, name) is None for name in _CONTINUATION},
+        "--model": surrogate.is_learned and args.model is None,
+        "--packing": surrogate.needs_packing_fraction and args.packing is None,
+        **{f"--{name}": surrogate.continues_dem and vars(args)[name] is None for name in _CONTINUATION},
     }
     if missing := [option for option, is_missing in needed.items() if is_missing]:
         parser.error(f"{args.surrogate} needs {', '.join(missing)}")
@@ -62,38 +62,42 @@ def parse_args() -> argparse.Namespace:
 _CONTINUATION = ("restart", "inputs", "coefficients", "work")
 
 
-def prediction_input_for(args: argparse.Namespace, surrogate: ModuleType, store: FrameStore) -> PredictionInput:
-    """What the surrogate is asked: the input frames, and what its kind needs beside them."""
+def prediction_input_for(args: argparse.Namespace, surrogate: Surrogate, store: FrameStore) -> PredictionInput:
+    """What the surrogate is asked: the input frames, and what it needs beside them."""
     frames = tuple(store.frame(k) for k in args.input_frames)
     final_edges_um = continuation = None
-    if surrogate.BOX_RULE == "mean_packing_fraction":
+    if surrogate.needs_packing_fraction:
         try:
             packing_fraction = float(json.loads(args.packing.read_text(encoding="utf-8"))["mean"])
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"{args.packing}: holds no mean packing fraction ({error})") from error
-        particles_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
         last_um = frames[-1].edges_um
-        final_edges_um = last_um * final_box.scale_to_packing_fraction(packing_fraction, particles_um3, last_um)
-    if surrogate.CONTINUES_DEM:
+        final_edges_um = last_um * scale_to_packing_fraction(packing_fraction, volume_um3(store.particles), last_um)
+    if surrogate.continues_dem:
         launcher = Launcher(args.executable, args.launcher, args.ranks)
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
         continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
     return PredictionInput(str(store.attributes["slurry"]), store.particles, frames, final_edges_um, continuation)
 
 
-def advice(surrogate: ModuleType) -> str:
+def volume_um3(particles: Particles) -> float:
+    """Volume of all particles."""
+    return float(sphere_volume_um3(2 * particles.radius_um).sum())
+
+
+def advice(surrogate: Surrogate) -> str:
     """What to do about a box that is too small, by where it comes from; empty if nothing is known to help."""
-    if surrogate.BOX_RULE == "mean_packing_fraction":
+    if surrogate.needs_packing_fraction:
         return ": check surrogate.packing_fraction, or without it the densities of the training slurries"
-    return f": train longer (surrogate.{surrogate.NAME}.epochs)" if surrogate.MODEL_FILE == "model.keras" else ""
+    return f": train longer (surrogate.{surrogate.name}.epochs)" if surrogate.is_trained else ""
 
 
 def main() -> None:
     """Predict and write."""
     args = parse_args()
     label = surrogates.parse(args.surrogate)
-    surrogate = surrogates.load(label.name)
-    working = work_folder(args.work) if surrogate.CONTINUES_DEM else contextlib.nullcontext()
+    surrogate = label.surrogate
+    working = work_folder(args.work) if surrogate.continues_dem else contextlib.nullcontext()
     with read_frames(args.frames) as store, working:
         slurry = str(store.attributes["slurry"])
         with measured_cost(args.cost, "predict_slurry", args.surrogate, slurry) as cost:
@@ -106,17 +110,9 @@ def main() -> None:
                 raise RunError(f"{source}: predicts coordinates of slurry {slurry} that are not finite")
             if spread_um is not None and not (np.isfinite(spread_um) & (spread_um > 0)).all():
                 raise RunError(f"{source}: predicts spreads of slurry {slurry} that are not finite and above 0")
-            if surrogate.BOX_RULE == "scale_of_prediction":
-                edges_um = last.edges_um * final_box.scale_of_prediction(predicted_um, last.position_um)
-            elif surrogate.BOX_RULE == "mean_packing_fraction":
-                edges_um = inputs.final_edges_um
-            elif surrogate.BOX_RULE == "last_frame":
-                edges_um = last.edges_um
-            else:
-                edges_um = prediction.edges_um
+            edges_um = surrogate.box_rule.edges_um(inputs, prediction)
             scale = float(np.mean(edges_um / last.edges_um))
-            particles_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
-            if scale <= 0 or np.prod(edges_um) < particles_um3:
+            if scale <= 0 or np.prod(edges_um) < volume_um3(store.particles):
                 raise RunError(
                     f"{source}: predicts a box {scale:.3g} times as wide as at frame {last.number} for slurry "
                     f"{slurry}, which cannot hold its particles{advice(surrogate)}"
@@ -137,14 +133,13 @@ def main() -> None:
                 **store.attributes,
                 "surrogate": args.surrogate,
                 "stage": "predicted",
-                "box_rule": surrogate.BOX_RULE,
+                "box_rule": surrogate.box_rule.name,
                 "box_scale": scale,
                 "input_frames": args.input_frames,
             }
             write_frames(args.predicted, store.particles, [frame], attributes)
-    print(
-        f"[{slurry}] {args.surrogate}: box {' x '.join(f'{edge:.3f}' for edge in edges_um)} um ({surrogate.BOX_RULE})"
-    )
+    box = " x ".join(f"{edge:.3f}" for edge in edges_um)
+    print(f"[{slurry}] {args.surrogate}: box {box} um ({surrogate.box_rule.name})")
 
 
 if __name__ == "__main__":

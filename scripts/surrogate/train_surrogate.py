@@ -17,16 +17,16 @@ import shutil
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 
 from slurrycast import surrogates
-from slurrycast.data.dataset import read_training_set
-from slurrycast.data.trajectories import read_trajectories
+from slurrycast.data.dataset import TrainingSet, read_training_set
+from slurrycast.data.trajectories import Trajectory, read_trajectories
 from slurrycast.runtime import dependencies
 from slurrycast.runtime.command_line import Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost, spent_so_far
 from slurrycast.runtime.files import checksum, moved_into_place
 from slurrycast.runtime.work_folder import work_folder
+from slurrycast.surrogates.base import Surrogate
 
 
 def parse_args() -> argparse.Namespace:
@@ -54,7 +54,7 @@ def parse_args() -> argparse.Namespace:
     frames.add_argument("--input-frames", nargs="+", type=int, help="frame numbers of the input")
     frames.add_argument("--target-frame", type=int, help="frame number of the target")
     args = parser.parse_args()
-    needed = _NEEDED[surrogates.load(surrogates.parse(args.surrogate).name).LEARNS_FROM]
+    needed = _NEEDED[surrogates.parse(args.surrogate).surrogate.learns_from]
     if missing := [f"--{name.replace('_', '-')}" for name in needed if getattr(args, name) is None]:
         parser.error(f"{args.surrogate} needs {', '.join(missing)}")
     return args
@@ -63,11 +63,13 @@ def parse_args() -> argparse.Namespace:
 _NEEDED = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
 
 
-def examples(surrogate: ModuleType, args: argparse.Namespace, settings: Mapping) -> tuple[tuple, int]:
-    """What the surrogate learns from, as the first arguments of its `fit`, and how many particles these are."""
-    if surrogate.LEARNS_FROM == "samples":
+def read_data(
+    surrogate: Surrogate, args: argparse.Namespace, settings: Mapping
+) -> tuple[TrainingSet | tuple[list[Trajectory], list[Trajectory]], int]:
+    """Data to train the surrogate on, as `Surrogate.train` takes them, and the number of training particles."""
+    if surrogate.learns_from_samples:
         training_set = read_training_set(args.dataset)
-        return (training_set,), len(training_set)
+        return training_set, len(training_set)
     slurries = read_trajectories(args.frames, partial(surrogate.needed_frames, settings))
     validation = read_trajectories(args.validation_frames, partial(surrogate.needed_frames, settings, moved=False))
     return (slurries, validation), sum(len(slurry.particles) for slurry in slurries)
@@ -78,15 +80,15 @@ def learned_from(args: argparse.Namespace) -> list[Path]:
     return [args.dataset] if args.dataset else [*args.frames, *args.validation_frames]
 
 
-def code_of(surrogate: str) -> list[str]:
-    """What makes the result another one beside data and settings: our modules, as checksums, and the libraries."""
-    own = [
+def code_versions(surrogate: str) -> list[str]:
+    """What the result depends on beside data and settings: modules of the package, as checksums, and libraries."""
+    files = [
         checksum(dependencies.ROOT / path)
         for path in dependencies.modules("scripts/surrogate/train_surrogate.py", surrogate)
     ]
     packages = importlib.metadata.packages_distributions()  # TensorFlow has several, of which one is installed
     libraries = sorted({name for library in ("keras", "tensorflow") for name in packages.get(library, [])})
-    return own + [f"{name} {importlib.metadata.version(name)}" for name in libraries]
+    return files + [f"{name} {importlib.metadata.version(name)}" for name in libraries]
 
 
 def main() -> None:
@@ -94,20 +96,20 @@ def main() -> None:
     args = parse_args()
     label = surrogates.parse(args.surrogate)
     settings = {**args.settings, **label.settings, "seed": args.seed}
-    surrogate, sources = surrogates.load(label.name), learned_from(args)
-    if surrogate.LEARNS_FROM == "frames":
+    surrogate, sources = label.surrogate, learned_from(args)
+    if surrogate.learns_from_frames:
         settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame}
-    known = [*map(checksum, sources), args.surrogate, settings, *code_of(label.name)]
+    known = [*map(checksum, sources), args.surrogate, settings, *code_versions(label.name)]
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
-        learned, cost.particles = examples(surrogate, args, settings)
+        data, cost.particles = read_data(surrogate, args, settings)
         model, history = work.path / args.model.name, work.path / args.history.name
         if work.finished("training"):
             print(f"[{args.surrogate}] trained by an earlier attempt")
             earlier = work.cost("training")
         else:
-            earlier = surrogate.fit(*learned, settings, model, history, work.path)
-            spent = {clock: earlier[clock] + own for clock, own in spent_so_far().items()}
+            earlier = surrogate.train(data, settings, model, history, work.path)
+            spent = {clock: earlier[clock] + seconds for clock, seconds in spent_so_far().items()}
             work.record("training", [model.name, history.name], spent)
             for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold
                 checkpoint.unlink()

@@ -56,11 +56,11 @@ if not TRAINING_NEEDED:  # leave out surrogates that need the training slurries
         [label for label in labels if label_settings.without_training(config, label)] for labels in (SURROGATES, FURTHER)
     )
 LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
-MODULES = {text: surrogates.load(label.name) for text, label in LABELS.items()}
-LEARNED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.keras"]
-FITTED = [text for text in SURROGATES if MODULES[text].MODEL_FILE == "model.json"]
-SPREADING = [text for text in LABELS if MODULES[text].HAS_SPREAD]  # with an uncertainty to calibrate
-BOXED = [text for text in SURROGATES if MODULES[text].BOX_RULE == "mean_packing_fraction"]
+KINDS = {text: label.surrogate for text, label in LABELS.items()}
+LEARNED = [text for text in SURROGATES if KINDS[text].is_trained]
+FITTED = [text for text in SURROGATES if KINDS[text].is_fitted]
+SPREADING = [text for text in LABELS if KINDS[text].has_spread]  # with an uncertainty to calibrate
+BOXED = [text for text in SURROGATES if KINDS[text].needs_packing_fraction]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
 FRAME_STEPS = steps_per_frame(config["dem"])
@@ -194,13 +194,13 @@ def input_steps(labels):
 
 def model_of(label):
     """Model file of a surrogate; an empty list if it has none."""
-    file = MODULES[label].MODEL_FILE
+    file = KINDS[label].model_file
     return f"{RESULTS}/models/{label}/{file}" if file else []
 
 
 def learns_from_frames(wildcards):
     """Whether a surrogate learns from whole slurries instead of the training set."""
-    return MODULES[wildcards.surrogate].LEARNS_FROM == "frames"
+    return KINDS[wildcards.surrogate].learns_from_frames
 
 
 def learned_from(wildcards):
@@ -222,7 +222,7 @@ def learning_options(wildcards, input):
 
 def first_frame_seen():
     """Earliest last input frame that all surrogates of the main job learn from; some move their input frames back."""
-    learned = [label for label in SURROGATES if MODULES[label].MODEL_FILE]
+    learned = [label for label in SURROGATES if KINDS[label].is_learned]
     last = max(INPUT_FRAMES)
     return max((label_settings.first_frame_seen(config, label) for label in learned), default=last)
 
@@ -255,12 +255,12 @@ def training_mb(wildcards, attempt):
 
 def goes_on(wildcards):
     """Whether the surrogate continues the DEM."""
-    return MODULES[wildcards.surrogate].CONTINUES_DEM is not None
+    return KINDS[wildcards.surrogate].continues_dem
 
 
 def continuation_script(wildcards):
     """LAMMPS script of a surrogate that continues the DEM."""
-    return f"scripts/lammps/{MODULES[wildcards.surrogate].CONTINUES_DEM}" if goes_on(wildcards) else []
+    return f"scripts/lammps/{KINDS[wildcards.surrogate].dem_script}" if goes_on(wildcards) else []
 
 
 def continuation_options(wildcards, input):
@@ -282,7 +282,7 @@ def prediction_group(wildcards):
 def prediction_minutes(wildcards, attempt):
     """Walltime of a prediction in minutes."""
     if goes_on(wildcards):
-        most_steps = MODULES[wildcards.surrogate].most_steps(config["surrogate"][LABELS[wildcards.surrogate].name])
+        most_steps = KINDS[wildcards.surrogate].most_steps(config["surrogate"][LABELS[wildcards.surrogate].name])
         return lammps_minutes(wildcards, most_steps, attempt)
     return 10 * attempt
 

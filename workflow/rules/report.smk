@@ -118,8 +118,8 @@ rule plot_learning_curves:
     conda:
         "../../envs/analysis.yaml"
     params:
-        learns_from=lambda wildcards: MODULES[wildcards.surrogate].LEARNS_FROM,  # for the caption, as the next one
-        weights_of=lambda wildcards: MODULES[wildcards.surrogate].WEIGHTS_OF,
+        learns_from=lambda wildcards: KINDS[wildcards.surrogate].learns_from,  # for the caption, as the next one
+        weights_of=lambda wildcards: KINDS[wildcards.surrogate].weights_epoch,
     shell:
         "python {input.script:q} --history {input.history:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
 
@@ -323,7 +323,7 @@ rule write_evaluation:
     params:
         run=config["run"]["name"],
         relaxed_for=section({label: label_settings.relaxation_steps(config, label) for label in EVALUATED}),
-        networks=[text for text, module in MODULES.items() if module.MODEL_FILE == "model.keras"],
+        networks=[text for text, surrogate in KINDS.items() if surrogate.is_trained],
         density_tolerance=config["evaluation"]["density_tolerance"],
         rdf_tolerance=config["evaluation"]["rdf_tolerance"],
         optional=lambda wildcards, input: [

@@ -96,9 +96,7 @@ rule predict_slurry:
         # what only some surrogates need
         model=lambda wildcards: model_of(wildcards.surrogate),
         packing=lambda wildcards: (
-            rules.measure_packing.output.packing
-            if MODULES[wildcards.surrogate].BOX_RULE == "mean_packing_fraction"
-            else []
+            rules.measure_packing.output.packing if KINDS[wildcards.surrogate].needs_packing_fraction else []
         ),
         inputs=lambda wildcards: rules.generate_inputs.output.inputs if goes_on(wildcards) else [],
         coefficients=lambda wildcards: rules.generate_inputs.output.coefficients if goes_on(wildcards) else [],

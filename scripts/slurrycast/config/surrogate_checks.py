@@ -42,19 +42,19 @@ def labels(config: Mapping, _) -> Iterator[str]:
             except InputError as error:
                 yield f"{key}: {str(error).removeprefix('surrogate: ')}"
                 continue
-            surrogate, last = surrogates.load(label.name), label.last_frame
+            surrogate, last = label.surrogate, label.last_frame
             n_frames = min(len(config["learning"]["input_frames"]), target if last is None else last + 1)
-            if n_frames < getattr(surrogate, "LEAST_FRAMES", 1):
-                least = f"at least {surrogate.LEAST_FRAMES} input frames, it has {n_frames}"
+            if n_frames < surrogate.least_frames:
+                least = f"at least {surrogate.least_frames} input frames, it has {n_frames}"
                 yield f"{key}: {shown(text)}: must have {least}"
                 continue
             if last is None:  # the last of the input frames
                 continue
-            if surrogate.LEARNS_FROM == "samples":
+            if surrogate.learns_from_samples:
                 yield f"{key}: {shown(text)}: must be {label.name}, which learns from learning.input_frames only"
             elif not 0 < last < target:
                 yield f"{key}: {shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"
-            elif surrogate.CONTINUES_DEM and last not in config["dem"]["restart_frames"]:
+            elif surrogate.continues_dem and last not in config["dem"]["restart_frames"]:
                 yield f"{key}: {shown(text)} starts at frame {last}: must be one of dem.restart_frames"
     for text in further:
         if text in names:
@@ -68,7 +68,7 @@ def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
     """No particle has two periodic images of another one as neighbours."""
     used = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
     cutoff_um = config["surrogate"]["neighbours"]["cutoff_um"]
-    if not any(label.partition("_")[0] == "neighbours" for label in used) or not slurries:
+    if not any(surrogates.family(label) == "neighbours" for label in used) or not slurries:
         return
     edge_um, slurry_id = min(shortest_edges(config, slurries))
     if cutoff_um > edge_um / 2:
@@ -97,10 +97,9 @@ def model(config: Mapping, _) -> Iterator[str]:
     if not _is_file(path):
         yield f"surrogate.model = {shown(path)}: no such file: must be null or a trained model.keras"
     try:
-        kinds = {text: surrogates.load(surrogates.parse(text).name) for text in names}
+        of_model = [text for text in names if surrogates.parse(text).surrogate.is_trained]
     except InputError:
         return  # reported by `labels`
-    of_model = [text for text, surrogate in kinds.items() if surrogate.MODEL_FILE == "model.keras"]
     if len(of_model) != 1:
         yield (
             f"surrogate.names = {shown(names)}: must hold one surrogate with a Keras model, the one that "

@@ -7,6 +7,7 @@ import numpy as np
 from slurrycast.data.frames import Frame, Particles
 
 FEATURE_NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
+COORDINATES = slice(2, 5)  # x, y and z among them
 
 
 def particle_history(particles: Particles, frames: Sequence[Frame]) -> np.ndarray:

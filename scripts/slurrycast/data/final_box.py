@@ -1,14 +1,6 @@
-"""The final box, which is no input of a prediction: the rules that give it. Pure numpy."""
+"""Sizes of the final box: from predicted coordinates, or from a packing fraction. Pure numpy."""
 
 import numpy as np
-
-# Name of a rule, and the rule in words for reports.
-RULES = {
-    "scale_of_prediction": "least-squares scale between predicted and last input coordinates",
-    "mean_packing_fraction": "mean final packing fraction of the training slurries",
-    "last_frame": "box of the last input frame",
-    "simulated": "box that the surrogate's own DEM ended with",
-}
 
 
 def scale_of_prediction(predicted_um: np.ndarray, last_um: np.ndarray) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.surrogates import family
 
 REFERENCE = "early_dem"  # the DEM continued with a faster barostat: what a user would do without any surrogate
 ERRORS = ("mse_um2", "density_error", "rdf_error")
@@ -146,7 +147,7 @@ def replica_band(structure_errors: pd.DataFrame, slurries: Collection[str]) -> d
 
 def is_reference(label: str) -> bool:
     """Whether `label` is one of the DEM continued with a faster barostat."""
-    return label == REFERENCE or label.startswith(f"{REFERENCE}_")
+    return family(label) == REFERENCE
 
 
 def reference_at_cost(cost: float, reference: pd.DataFrame) -> tuple[dict[str, float], str]:

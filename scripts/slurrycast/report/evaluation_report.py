@@ -23,7 +23,6 @@ from slurrycast.evaluation.verdicts import (
     judged_list,
     quantity_name,
 )
-from slurrycast.report.figures import main_labels, surrogate_family
 from slurrycast.report.page import (
     Heading,
     Notices,
@@ -280,8 +279,7 @@ def tolerance_sentences(evaluation: Evaluation) -> list[str]:
 
 
 def _goes_on(label: str) -> bool:
-    surrogate = surrogate_family(label)
-    return surrogate in surrogates.NAMES and surrogates.load(surrogate).CONTINUES_DEM is not None
+    return surrogates.continues_dem(label)
 
 
 def tolerance_words(values: pd.Series, tolerance: float, form: str) -> str:
@@ -448,7 +446,7 @@ def structure_section(evaluation: Evaluation) -> Section:
     """tables/structure_errors.csv."""
     table = deviations(evaluation.structure_errors)
     tested = table[table.slurry.isin(evaluation.test)]
-    labels = main_labels(labels_of(tested))
+    labels = surrogates.main_labels(labels_of(tested))
     blocks, count = [], 0
     for stage in ("predicted", "relaxed"):
         of_stage = tested[tested.stage == stage]
@@ -597,7 +595,7 @@ def payback_sentences(evaluation: Evaluation) -> list[str]:
 def cost_section(evaluation: Evaluation) -> Section:
     """tables/cost_scaling.csv and tables/article_costs.csv."""
     scaling, claims = evaluation.cost_scaling, evaluation.article_costs
-    scaling = scaling[scaling.surrogate.isin(main_labels(labels_of(scaling)))]
+    scaling = scaling[scaling.surrogate.isin(surrogates.main_labels(labels_of(scaling)))]
     caption = (
         "How cost grows with the number of particles (the exponent of a power law and its standard error, se, over all "
         "slurries with a full DEM; none for less than 3 slurries or sizes within a factor of 2), what learning costs "
@@ -609,7 +607,7 @@ def cost_section(evaluation: Evaluation) -> Section:
         "What the article says of its cost, and ours term by term, a column a surrogate; other machines and another "
         "scale. From tables/article_costs.csv."
     )
-    labels = main_labels(labels_of(claims))
+    labels = surrogates.main_labels(labels_of(claims))
     terms = [column for column in ("term", "unit", "article", "article_says") if column in claims]
     words = ["unit", "article_says"]  # both can be empty for all terms, and then are no text
     ours = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(words, object)).fillna(dict.fromkeys(words, ""))

@@ -1,6 +1,5 @@
 """One look for all figures: colours with a fixed meaning, readable sizes, labels with units, PNG at 150 dpi."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from slurrycast.runtime.files import moved_into_place
+from slurrycast.surrogates import family
 
 DPI = 150
 INK, FAINT = "#22303c", "#c9d0d6"
@@ -83,22 +83,6 @@ def phase_colours(phase_names: Sequence[str]) -> list[str]:
     return [PHASE_COLOURS.get(name) or next(further) for name in phase_names]
 
 
-def surrogate_family(label: str, labels: Sequence[str] = ()) -> str:
-    """Name of the family of `label`: the longest known surrogate, or one of `labels`, that it begins with."""
-    plain = re.sub(r"_f\d+$", "", label)
-    known = [name for name in (*SURROGATE_COLOURS, *labels) if plain == name or plain.startswith(f"{name}_")]
-    named = [name for name in known if name in SURROGATE_COLOURS]
-    return max(named, key=len) if named else min(known, key=len, default=plain)
-
-
-def main_labels(labels: Sequence[str]) -> list[str]:
-    """The labels without those of earlier input frames and without variants of a label that is there itself."""
-    plain = [name for name in labels if surrogate_family(name) == name]
-    others = [name for name in labels if surrogate_family(name) not in plain]
-    kept = {*plain, *(name for name in others if not any(name.startswith(f"{other}_f") for other in others))}
-    return [name for name in labels if name in kept]
-
-
 def surrogate_colours(labels: Sequence[str]) -> dict[str, str]:
     """Colour of each surrogate label: a family keeps its own, its variants get paler in their order.
 
@@ -107,12 +91,12 @@ def surrogate_colours(labels: Sequence[str]) -> dict[str, str]:
     """
     families: dict[str, list[str]] = {}
     for label in dict.fromkeys(labels):
-        families.setdefault(surrogate_family(label, labels), []).append(label)
+        families.setdefault(family(label, labels), []).append(label)
     further = iter(FURTHER_SURROGATE_COLOURS * (len(families) + 1))
     colours = {}
-    for family, members in families.items():
-        red, green, blue = to_rgb(SURROGATE_COLOURS.get(family) or next(further))
-        members.sort(key=lambda label: label != family)
+    for name, members in families.items():
+        red, green, blue = to_rgb(SURROGATE_COLOURS.get(name) or next(further))
+        members.sort(key=lambda label: label != name)
         for place, label in enumerate(members):
             white = PALEST * place / max(len(members) - 1, 1)
             colours[label] = to_hex([channel + (1 - channel) * white for channel in (red, green, blue)])

@@ -18,7 +18,6 @@ from slurrycast.analysis.training_range import FRACTION_PREFIX
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.evaluation.verdicts import JUDGED_WORDS, TIE_RULE, judged, judged_list
 from slurrycast.report import reference_article as article
-from slurrycast.report.figures import surrogate_family
 from slurrycast.report.network_table import Network
 from slurrycast.report.page import (
     FigureBlock,
@@ -38,6 +37,7 @@ from slurrycast.report.page import (
     pair_name,
     span,
 )
+from slurrycast.surrogates import family
 
 ARTICLE_GROUP = "Reference article (its own, larger scale)"
 # A final density this far from the expected one is worth a notice.
@@ -365,7 +365,7 @@ def settings_section(results: Results) -> Section:
         samples = results.equilibrium.particles[results.equilibrium.role == "train"].sum()
         rows.append(["Samples (particles of the training slurries)", f"{samples:,}", f"{article.SAMPLES:,}"])
         for surrogate in results.networks:
-            settings = results.config["surrogate"].get(surrogate_family(surrogate), {})
+            settings = results.config["surrogate"].get(family(surrogate), {})
             rows += [
                 [f"{words}, {surrogate}", f"{settings[key]:,}", f"{theirs:,}"]
                 for key, words, theirs in (

@@ -28,6 +28,7 @@ def modules(script: str, surrogate: str | None = None) -> list[str]:
     Without those of RUNTIME. Paths are relative to the project folder, sorted.
     """
     files = _imports(script)
-    if surrogate is not None and (ROOT / f"{SURROGATES}/{surrogate}.py").is_file():
-        files |= {f"{SURROGATES}/{surrogate}.py"} | _imports(f"{SURROGATES}/{surrogate}.py")
+    for file in (f"{SURROGATES}/{surrogate}.py", f"{SURROGATES}/{surrogate}/__init__.py"):  # a module or a package
+        if surrogate is not None and (ROOT / file).is_file():
+            files |= {file} | _imports(file)
     return sorted(file for file in files if not file.startswith(RUNTIME))

@@ -3,19 +3,17 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
-NAME = "affine"
-LOOKS_AT = "scaled coordinates of the particle itself in the last input frame, and the final box"
-BOX_RULE = "mean_packing_fraction"
-MODEL_FILE = None
-WEIGHTS_OF = None
-LEARNS_FROM = None
-CONTINUES_DEM = None
-HAS_SPREAD = False
-VARIANT = None
 
+class Affine(Surrogate):
+    """The last input frame scaled into the final box."""
 
-def predict(inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
-    """Coordinates (n, 3) of the last input frame in units of its box edges, times the edges of the final box; um."""
-    return Prediction(inputs.last.position_um / inputs.last.edges_um * inputs.final_edges_um)
+    name = "affine"
+    looks_at = "scaled coordinates of the particle itself in the last input frame, and the final box"
+    box_rule = MEAN_PACKING_FRACTION
+
+    def predict(self, inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
+        """Return the coordinates (n, 3) of the last input frame over its edges, times the final edges; um."""
+        return Prediction(inputs.last.position_um / inputs.last.edges_um * inputs.final_edges_um)

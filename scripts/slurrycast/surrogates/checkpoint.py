@@ -1,4 +1,4 @@
-"""Where a training stands, on disk after each epoch, and what makes it the same on each start."""
+"""Where a training stands, on disk after each epoch, and the learning curves at its end."""
 
 import hashlib
 import json
@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.runtime.costs import spent_so_far
-from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
-from slurrycast.surrogates import start_keras
+from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place, write_text
 
 
 @dataclass
@@ -23,7 +22,7 @@ class Progress:
 
 
 def fingerprint(arrays: Iterable[np.ndarray], settings: Mapping) -> str:
-    """Of a data set and settings: a digest that tells them from others."""
+    """Digest that tells a data set with settings from others."""
     digest = hashlib.sha256(json.dumps(dict(settings), sort_keys=True).encode())
     for array in arrays:
         digest.update(np.ascontiguousarray(array))
@@ -31,11 +30,11 @@ def fingerprint(arrays: Iterable[np.ndarray], settings: Mapping) -> str:
 
 
 def write_checkpoint(path: Path, identity: str, state: Mapping[str, list[np.ndarray]], progress: Progress) -> None:
-    """Write the arrays of `state` (weights, optimizer) and the progress; cost is that of all attempts so far."""
+    """Write the arrays of `state` (weights, optimizer) and the progress, with the cost of all attempts so far."""
     with hdf5_moved_into_place(path) as file:
         file.attrs["fingerprint"] = identity
-        for clock, own in spent_so_far().items():
-            file.attrs[clock] = progress.earlier[clock] + own
+        for clock, seconds in spent_so_far().items():
+            file.attrs[clock] = progress.earlier[clock] + seconds
         file["history"] = np.array(progress.history)
         for name, arrays in {**state, "best": progress.best}.items():
             group = file.create_group(name)
@@ -44,7 +43,7 @@ def write_checkpoint(path: Path, identity: str, state: Mapping[str, list[np.ndar
 
 
 def read_checkpoint(path: Path, identity: str, name: str) -> tuple[dict[str, list[np.ndarray]], Progress] | None:
-    """State and progress that were written; None, and a line that says why, if they are of no use."""
+    """Return state and progress as written; None, and a printed line that says why, if they are of no use."""
     import h5py
 
     if not path.exists():
@@ -69,16 +68,10 @@ def read_checkpoint(path: Path, identity: str, name: str) -> tuple[dict[str, lis
     return state, progress
 
 
-def make_deterministic(seed: int, threads: int) -> None:
-    """Start TensorFlow with so many threads, and everything that it draws from this seed."""
-    start_keras()
-    import keras
-    import tensorflow as tf
-
-    try:
-        tf.config.threading.set_intra_op_parallelism_threads(threads)
-        tf.config.threading.set_inter_op_parallelism_threads(threads)
-    except RuntimeError:
-        print("TensorFlow is running already: its number of threads stays as it is", flush=True)
-    tf.config.experimental.enable_op_determinism()
-    keras.utils.set_random_seed(seed)
+def write_history(path: str | Path, losses: Iterable[np.ndarray]) -> None:
+    """Write learning curves (CSV) from loss, mae, val_loss and val_mae of each epoch; NaN is left empty."""
+    rows = (
+        ",".join([str(epoch), *("" if np.isnan(value) else repr(float(value)) for value in row)])
+        for epoch, row in enumerate(losses, start=1)
+    )
+    write_text(path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))

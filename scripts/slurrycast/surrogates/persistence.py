@@ -3,19 +3,17 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from slurrycast.surrogates.base import LAST_FRAME, Surrogate
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
-NAME = "persistence"
-LOOKS_AT = "unwrapped coordinates of the particle itself in the last input frame"
-BOX_RULE = "last_frame"
-MODEL_FILE = None
-WEIGHTS_OF = None
-LEARNS_FROM = None
-CONTINUES_DEM = None
-HAS_SPREAD = False
-VARIANT = None
 
+class Persistence(Surrogate):
+    """The last input frame in its box."""
 
-def predict(inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
-    """Coordinates (n, 3) of the last input frame, um."""
-    return Prediction(inputs.last.position_um)
+    name = "persistence"
+    looks_at = "unwrapped coordinates of the particle itself in the last input frame"
+    box_rule = LAST_FRAME
+
+    def predict(self, inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
+        """Return the coordinates (n, 3) of the last input frame in um."""
+        return Prediction(inputs.last.position_um)

@@ -13,41 +13,25 @@ layers are computed and updated in shards, whose arrays make better use of the c
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slurrycast.data.dataset import TrainingSet
-from slurrycast.data.features import FEATURE_NAMES, particle_history
-from slurrycast.runtime.files import InputError, RunError, moved_into_place, write_text
-from slurrycast.surrogates import start_keras
-from slurrycast.surrogates.checkpoint import (
-    Progress,
-    fingerprint,
-    make_deterministic,
-    read_checkpoint,
-    write_checkpoint,
-)
+from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_history
+from slurrycast.runtime.files import InputError, RunError, moved_into_place
+from slurrycast.surrogates.backend import load_model, make_deterministic
+from slurrycast.surrogates.base import SCALE_OF_PREDICTION, Surrogate
+from slurrycast.surrogates.checkpoint import Progress, fingerprint, read_checkpoint, write_checkpoint, write_history
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
+from slurrycast.surrogates.samples import Samples, Standardisation
 
 if TYPE_CHECKING:
     import keras
     import tensorflow as tf
 
-NAME = "vgg16"
-LOOKS_AT = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
-BOX_RULE = "scale_of_prediction"
-MODEL_FILE = "model.keras"
-WEIGHTS_OF = "lowest"
-LEARNS_FROM = "samples"
-CONTINUES_DEM = None
-HAS_SPREAD = False
-# `vgg16_relative`: coordinates as a share of the box edges at the last input frame, so alike for boxes of all sizes. It
-# tells whether it matters that those of a large box lie outside what the network was trained on.
-VARIANT = re.compile("(?P<coordinates>relative)?")
-RELATIVE_EDGE_UM = 10.0  # edge to which these boxes are scaled, so that numbers stay about as large as in um
+RELATIVE_EDGE_UM = 10.0  # edge to which boxes are scaled for vgg16_relative: numbers stay about as large as in um
 
 BLOCKS = ((64, 64), (128, 128), (256, 256, 256), (512, 512, 512), (512, 512, 512))  # filters of the convolutions
 DENSE_UNITS = 4096
@@ -61,51 +45,6 @@ BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-7
 
 SHARD_UNITS = 512  # fastest of 128 to 4096 at batches of 100, where it saves 16 % of a step; no effect at 500
 PREDICTION_BATCH = 1024
-
-
-def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
-    """Shape of what the network takes of a particle: frames, features."""
-    return {"features": (n_frames, len(FEATURE_NAMES))}
-
-
-@dataclass(frozen=True)
-class Samples:
-    """What a network learns from: features (n, frames, features), targets (n, 3) and the mask (n,) of the validation.
-
-    `unit_um` (n, 1) or (n, 3) is the length in um that a target of 1 stands for: losses are in um2 and um whatever the
-    targets are.
-    """
-
-    features: np.ndarray
-    targets: np.ndarray
-    unit_um: np.ndarray
-    is_validation: np.ndarray
-
-
-@dataclass(frozen=True)
-class Standardisation:
-    """Mean and deviation (features,) of each feature, and the deviation of the target from 0, shared by the axes."""
-
-    feature_mean: np.ndarray
-    feature_deviation: np.ndarray
-    target_deviation: float
-
-    @classmethod
-    def of(cls, samples: Samples) -> "Standardisation":
-        """That of the training samples, over all frames; a feature that is always the same stays as it is, about 0."""
-        features, targets = samples.features[~samples.is_validation], samples.targets[~samples.is_validation]
-        deviation = features.std(axis=(0, 1))
-        target_deviation = float(np.sqrt(np.mean(targets**2)))
-        return cls(features.mean(axis=(0, 1)), np.where(deviation > 0, deviation, 1.0), target_deviation or 1.0)
-
-    def apply(self, samples: Samples) -> Samples:
-        """The same samples as the layers with weights see them."""
-        return Samples(
-            (samples.features - self.feature_mean) / self.feature_deviation,
-            samples.targets / self.target_deviation,
-            samples.unit_um * self.target_deviation,
-            samples.is_validation,
-        )
 
 
 def build(n_frames: int, n_features: int, standardisation: Standardisation | None = None) -> "keras.Model":
@@ -132,7 +71,7 @@ def build(n_frames: int, n_features: int, standardisation: Standardisation | Non
     x = layers.Dense(3, name="coordinates_um" if standardisation is None else "standardised_target")(x)
     if standardisation is not None:
         x = layers.Rescaling(standardisation.target_deviation, name="target")(x)
-    return Model(inputs, x, name=NAME)
+    return Model(inputs, x, name="vgg16")
 
 
 def trained_parts(plain: "keras.Model", weights: list[np.ndarray]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
@@ -260,28 +199,11 @@ class Trainer:
         return np.array([np.mean(error**2), np.mean(abs(error))])
 
 
-def fit(
-    training_set: TrainingSet,
-    settings: Mapping,
-    model_path: str | Path,
-    history_path: str | Path,
-    work_directory: str | Path,
-) -> dict[str, float]:
-    """Train on unwrapped coordinates in um as they are, or relative to the box: see `train`."""
-    unit_um = np.ones((len(training_set), 3))
-    if settings.get("coordinates") == "relative":
-        unit_um = training_set.input_edges_um[training_set.slurry_index, -1] / RELATIVE_EDGE_UM
-    features = in_units(training_set.features, unit_um)
-    samples = Samples(features, training_set.targets / unit_um, unit_um, training_set.is_validation)
-    return train(NAME, samples, False, settings, model_path, history_path, work_directory)
-
-
 def in_units(features: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
     """Features (n, frames, 6) with their coordinates divided by `unit_um` (n, 3) or (1, 3)."""
-    x = FEATURE_NAMES.index("x_um")
-    return np.concatenate(
-        [features[..., :x], features[..., x : x + 3] / unit_um[:, None], features[..., x + 3 :]], axis=-1
-    )
+    scaled = features.copy()
+    scaled[..., COORDINATES] /= unit_um[:, None]
+    return scaled
 
 
 def train(
@@ -293,26 +215,50 @@ def train(
     history_path: str | Path,
     work_directory: str | Path,
 ) -> dict[str, float]:
-    """Train with Adamax on the mean squared error; write the plain Keras model and history.csv (see the package).
+    """Train with Adamax on the mean squared error, and write the plain Keras model and its learning curves.
 
-    `standardised`: the network sees `samples` by the mean and deviation of the training part; the model that is written
-    does this by itself. The model has the weights of the epoch with the lowest validation loss. `settings`: epochs,
-    batch_size, learning_rate, threads, seed; the same seed gives the same result on the same machine. A checkpoint in
-    `work_directory`, written after each epoch, of the same settings and data is continued as if there had been no
-    break. InputError for settings that are missing, RunError if the loss is not finite.
+    The model has the weights of the epoch with the lowest validation loss. A checkpoint is written after each epoch;
+    one of the same settings and data is continued as if there had been no break. The same seed gives the same result
+    on the same machine.
+
+    Parameters
+    ----------
+    name
+        Name of the surrogate, for messages.
+    samples
+        Training and validation samples.
+    standardised
+        Whether the network sees samples by the mean and deviation of the training part. The model that is written does
+        this by itself.
+    settings
+        epochs, batch_size, learning_rate, threads, seed.
+    model_path, history_path, work_directory
+        See `Surrogate.train`.
+
+    Returns
+    -------
+    dict
+        wall_s and cpu_s of attempts before this one.
+
+    Raises
+    ------
+    InputError
+        If a setting is missing.
+    RunError
+        If the loss is not finite.
     """
     for key in ("epochs", "batch_size", "learning_rate", "threads"):
         if not settings.get(key, 0) > 0:
             raise InputError(f"{name}: setting {key} is {settings.get(key)}, it must be above 0")
     make_deterministic(settings["seed"], settings["threads"])
-    standardisation = Standardisation.of(samples) if standardised else None
+    standardisation = Standardisation.fitted(samples) if standardised else None
     plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
     checkpoint = Path(work_directory) / "checkpoint.h5"
     identity = fingerprint(vars(samples).values(), settings)
     progress = Progress()
-    if found := read_checkpoint(checkpoint, identity, name):
-        state, progress = found
+    if stored := read_checkpoint(checkpoint, identity, name):
+        state, progress = stored
         trainer.set_state(state)
 
     if standardisation is not None:
@@ -347,35 +293,19 @@ def train(
     best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
     print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
     trainer.write_back(plain, progress.best)
-    rows = (",".join([str(epoch), *map(repr, map(float, row))]) for epoch, row in enumerate(progress.history, start=1))
-    write_text(history_path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
+    write_history(history_path, progress.history)
     with moved_into_place(model_path) as part:
         plain.save(part)
     return progress.earlier
 
 
-def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
-    """Predict final unwrapped coordinates in um; see `apply_model`."""
-    unit_um = np.ones((1, 3))
-    if settings.get("coordinates") == "relative":
-        unit_um = inputs.last.edges_um[None] / RELATIVE_EDGE_UM
-    features = in_units(particle_history(inputs.particles, inputs.frames), unit_um)
-    return Prediction(apply_model(model_path, features) * unit_um)
-
-
 def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
-    """What the network makes of features (n, frames, features): (n, 3), float64.
+    """Answer (n, 3) of a network to features (n, frames, features), float64.
 
-    Any Keras model with these shapes will do. float32 inside: coordinates of 100 um keep 1e-5 um. InputError if the
-    file is no Keras model or does not fit the features.
+    Any Keras model with these shapes will do. It computes in float32: coordinates of 100 um keep 1e-5 um. InputError
+    if the file is no Keras model or does not fit the features.
     """
-    start_keras()
-    import keras
-
-    try:
-        model = keras.saving.load_model(model_path, compile=False, safe_mode=True)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise InputError(f"{model_path}: not a readable Keras model ({str(error).splitlines()[0]})") from error
+    model = load_model(model_path)
     if model.input_shape[1:] != features.shape[1:] or model.output_shape[1:] != (3,):
         raise InputError(
             f"{model_path}: maps {model.input_shape[1:]} to {model.output_shape[1:]}, "
@@ -386,3 +316,47 @@ def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
     return np.concatenate(
         [model(single[start : start + PREDICTION_BATCH], training=False) for start in batches], dtype=float
     )
+
+
+class Vgg16(Surrogate):
+    """The published network, on coordinates in um or, as `vgg16_relative`, in shares of the last input box.
+
+    The variant tells whether it matters that coordinates of a large box lie outside what the network was trained on.
+    """
+
+    name = "vgg16"
+    looks_at = "phase, radius, unwrapped coordinates and coordination of the particle itself in the input frames"
+    box_rule = SCALE_OF_PREDICTION
+    model_file = "model.keras"
+    weights_epoch = "lowest"
+    learns_from = "samples"
+    variant = re.compile("(?P<coordinates>relative)?")
+
+    def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
+        """Shape of what the network takes of a particle: frames, features."""
+        return {"features": (n_frames, len(FEATURE_NAMES))}
+
+    def train(
+        self,
+        data: TrainingSet,
+        settings: Mapping,
+        model_path: str | Path,
+        history_path: str | Path,
+        work_directory: str | Path,
+    ) -> dict[str, float]:
+        """Train on unwrapped coordinates; see `train`."""
+        unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
+        samples = Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
+        return train(self.name, samples, False, settings, model_path, history_path, work_directory)
+
+    def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
+        """Predict final unwrapped coordinates in um; see `apply_model`."""
+        unit_um = _unit_um(inputs.last.edges_um[None], settings)
+        features = in_units(particle_history(inputs.particles, inputs.frames), unit_um)
+        return Prediction(apply_model(model_path, features) * unit_um)
+
+
+def _unit_um(edges_um: np.ndarray, settings: Mapping) -> np.ndarray:
+    """Length in um of a coordinate of 1, for edges (n, 3) of the box at the last input frame."""
+    relative = settings.get("coordinates") == "relative"
+    return edges_um / RELATIVE_EDGE_UM if relative else np.ones_like(edges_um)

@@ -26,24 +26,11 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.data.dataset import TrainingSet
-from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_history
 from slurrycast.surrogates import vgg16
+from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
-
-NAME = "vgg16_box"
-LOOKS_AT = (
-    "phase, radius, scaled coordinates and coordination of the particle itself and the box edges in the input frames, "
-    "and the final box"
-)
-BOX_RULE = "mean_packing_fraction"
-MODEL_FILE = "model.keras"
-WEIGHTS_OF = "lowest"
-LEARNS_FROM = "samples"
-CONTINUES_DEM = None
-HAS_SPREAD = False
-VARIANT = re.compile("(?P<change>absolute|xu|nobox)?")
-
-_PLACE = slice(FEATURE_NAMES.index("x_um"), FEATURE_NAMES.index("z_um") + 1)
+from slurrycast.surrogates.samples import Samples
 
 
 @dataclass(frozen=True)
@@ -61,24 +48,19 @@ def form(settings: Mapping) -> Form:
     return Form(displacement=change != "absolute", scaled=change != "xu", box=change != "nobox")
 
 
-def input_shapes(n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
-    """Shape of what the network takes of a particle: frames, features."""
-    return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
-
-
 def network_inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
     """Features (n, frames, 9), or 6 without the box, of a history (n, frames, 6) and edges (n or 1, frames, 3)."""
     features = history.copy()
     if form.scaled:
-        features[..., _PLACE] /= edges_um
+        features[..., COORDINATES] /= edges_um
     if form.box:
-        features = np.concatenate([features, np.broadcast_to(edges_um, features[..., _PLACE].shape)], axis=2)
+        features = np.concatenate([features, np.broadcast_to(edges_um, features[..., COORDINATES].shape)], axis=2)
     return features
 
 
 def _origin_um(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, form: Form) -> np.ndarray:
     """What a target of 0 stands for: the affine prediction or the box centre, (n, 3)."""
-    return history[:, -1, _PLACE] / edges_um[:, -1] * final_edges_um * form.displacement
+    return history[:, -1, COORDINATES] / edges_um[:, -1] * final_edges_um * form.displacement
 
 
 def _unit_um(final_edges_um: np.ndarray, form: Form) -> np.ndarray:
@@ -86,12 +68,12 @@ def _unit_um(final_edges_um: np.ndarray, form: Form) -> np.ndarray:
     return np.ones_like(final_edges_um) if form.displacement else final_edges_um
 
 
-def samples(training_set: TrainingSet, form: Form) -> vgg16.Samples:
+def samples(training_set: TrainingSet, form: Form) -> Samples:
     """What the network learns from; targets in um if they are displacements, else in final box edges."""
     edges_um = training_set.input_edges_um[training_set.slurry_index]
     final_edges_um = training_set.target_edges_um[training_set.slurry_index]
     unit_um = _unit_um(final_edges_um, form)
-    return vgg16.Samples(
+    return Samples(
         features=network_inputs(training_set.features, edges_um, form),
         targets=(training_set.targets - _origin_um(training_set.features, edges_um, final_edges_um, form)) / unit_um,
         unit_um=unit_um,
@@ -99,23 +81,42 @@ def samples(training_set: TrainingSet, form: Form) -> vgg16.Samples:
     )
 
 
-def fit(
-    training_set: TrainingSet,
-    settings: Mapping,
-    model_path: str | Path,
-    history_path: str | Path,
-    work_directory: str | Path,
-) -> dict[str, float]:
-    """Train as `vgg16.train` does, with its settings, on standardised samples."""
-    data = samples(training_set, form(settings))
-    return vgg16.train(NAME, data, True, settings, model_path, history_path, work_directory)
+class Vgg16Box(Surrogate):
+    """The published network on coordinates that do not depend on the size of the box."""
 
+    name = "vgg16_box"
+    looks_at = (
+        "phase, radius, scaled coordinates and coordination of the particle itself and the box edges in the input "
+        "frames, and the final box"
+    )
+    box_rule = MEAN_PACKING_FRACTION
+    model_file = "model.keras"
+    weights_epoch = "lowest"
+    learns_from = "samples"
+    variant = re.compile("(?P<change>absolute|xu|nobox)?")
 
-def predict(inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
-    """Predict final unwrapped coordinates in um, in the final box of the input."""
-    asked = form(settings)
-    history = particle_history(inputs.particles, inputs.frames)
-    edges_um = np.array([[frame.edges_um for frame in inputs.frames]])
-    final_edges_um = inputs.final_edges_um
-    output = vgg16.apply_model(model_path, network_inputs(history, edges_um, asked))
-    return Prediction(_origin_um(history, edges_um, final_edges_um, asked) + output * _unit_um(final_edges_um, asked))
+    def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
+        """Shape of what the network takes of a particle: frames, features."""
+        return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
+
+    def train(
+        self,
+        data: TrainingSet,
+        settings: Mapping,
+        model_path: str | Path,
+        history_path: str | Path,
+        work_directory: str | Path,
+    ) -> dict[str, float]:
+        """Train as `vgg16.train` does, on standardised samples."""
+        learned = samples(data, form(settings))
+        return vgg16.train(self.name, learned, True, settings, model_path, history_path, work_directory)
+
+    def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
+        """Predict final unwrapped coordinates in um, in the final box of the input."""
+        variant = form(settings)
+        history = particle_history(inputs.particles, inputs.frames)
+        edges_um = np.array([[frame.edges_um for frame in inputs.frames]])
+        final_edges_um = inputs.final_edges_um
+        output = vgg16.apply_model(model_path, network_inputs(history, edges_um, variant))
+        origin_um = _origin_um(history, edges_um, final_edges_um, variant)
+        return Prediction(origin_um + output * _unit_um(final_edges_um, variant))

@@ -76,11 +76,11 @@ rule fit_costs:
             rules.measure_packing.output.cost,
             *expand(
                 f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
-                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.keras"],
+                surrogate=[text for text in EVALUATED if KINDS[text].is_trained],
             ),
             *expand(
                 f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
-                surrogate=[text for text in EVALUATED if MODULES[text].MODEL_FILE == "model.json"],
+                surrogate=[text for text in EVALUATED if KINDS[text].is_fitted],
             ),
         ],
         equilibrium=rules.measure_equilibrium.output.table,
@@ -96,8 +96,8 @@ rule fit_costs:
         input_steps=input_steps(EVALUATED),
         learning=[
             text
-            for text, module in MODULES.items()
-            if module.MODEL_FILE or (module.BOX_RULE == "mean_packing_fraction" and not PACKING_GIVEN)
+            for text, surrogate in KINDS.items()
+            if surrogate.is_learned or (surrogate.needs_packing_fraction and not PACKING_GIVEN)
         ],
     shell:
         "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"

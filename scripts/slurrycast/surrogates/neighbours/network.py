@@ -15,6 +15,8 @@ import numpy as np
 import tensorflow as tf
 from keras import layers
 
+from slurrycast.surrogates.neighbours.graph import INPUTS, Graph
+
 MOVE_UM = 0.1  # typical move by one layer, for weights of order 1
 NEIGHBOURS = 5.0  # typical number of close ones, for sums of order 1
 DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width of the basis of distances
@@ -191,6 +193,16 @@ def build(
 
     outputs = _wired(lambda layer, *given: by_name[layer](*given), exchange, inputs)
     return keras.Model(inputs, list(outputs), name=name)
+
+
+def tensors(graph: Graph) -> list[tf.Tensor]:
+    """What the network takes of a graph."""
+    return [tf.constant(getattr(graph, name)) for name in INPUTS]
+
+
+def signature(network: keras.Model) -> list[tf.TensorSpec]:
+    """What a network takes, for any number of particles: one trace for each would make rounding depend on the order."""
+    return [tf.TensorSpec((None, *entry.shape[1:]), entry.dtype) for entry in network.inputs]
 
 
 def by_layer(network: keras.Model, n_stages: int) -> keras.Model:

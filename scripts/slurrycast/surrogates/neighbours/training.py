@@ -1,0 +1,283 @@
+"""Training of the members: one network, its optimizer and a compiled step, in which they learn one after the other."""
+
+import itertools
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.data.trajectories import Trajectory
+from slurrycast.dem.recipe import derived_seed
+from slurrycast.runtime.files import RunError, moved_into_place
+from slurrycast.surrogates.backend import make_deterministic
+from slurrycast.surrogates.checkpoint import (
+    Progress,
+    fingerprint,
+    read_checkpoint,
+    write_checkpoint,
+    write_history,
+)
+from slurrycast.surrogates.neighbours.graph import PAIR_INPUTS, Graph
+from slurrycast.surrogates.neighbours.targets import Example, layer_shares, make_example, windows
+
+WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
+GRADIENT_NORM = 1.0
+INTERMEDIATE_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
+DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
+SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
+# Weights learn by Muon, which makes every direction of a step equally long and needs fewer steps than Adam; but the
+# layers that take the inputs in or give the variance, and biases and norms, learn by Adam at this share of the rate.
+LEARN_BY_ADAM = ("state", "vectors", "doubt", "log_variance")
+ADAM_SHARE = 0.3
+
+
+def shapes(sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """A few (particles, pairs) of which one is at least as large as each of these `sizes`, from small to large.
+
+    The largest one, and that divided by powers of `SHAPE_RATIO`, as far as any slurry needs it.
+    """
+    largest, smallest = np.max(sizes, axis=0), np.min(sizes, axis=0)
+    n_shapes = 1 + int(np.log((largest / smallest).min()) / np.log(SHAPE_RATIO))
+    ratios = SHAPE_RATIO ** -np.arange(n_shapes)[::-1, None]
+    known = [tuple(int(n) for n in shape) for shape in np.ceil(largest * ratios)]
+    return [shape for shape in known if any(_fitting(size, known) == shape for size in sizes)]
+
+
+def _fitting(size: tuple[int, int], known: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    return next(shape for shape in known if size[0] <= shape[0] and size[1] <= shape[1])
+
+
+def filled(example: Example, known: Sequence[tuple[int, int]], cutoff_um: float) -> Example:
+    """The same with particles and pairs added up to the first of the `known` shapes that it fits in.
+
+    The pairs that are added join the last particle to itself, from so far that it hears nothing; the particles have no
+    pairs, or only those.
+    """
+    n, m = (to - size for to, size in zip(_fitting(example.size, known), example.size, strict=True))
+    last = example.size[0] + n - 1
+    graph = {
+        name: np.pad(value, [(0, m if name in PAIR_INPUTS else n), *[(0, 0)] * (value.ndim - 1)])
+        for name, value in vars(example.graph).items()
+    }
+    for name, value in zip(PAIR_INPUTS, (last, last, 2 * cutoff_um), strict=True):
+        graph[name][example.size[1] :] = value
+    return Example(Graph(**graph), np.pad(example.moved_um, [(0, 0), (0, n), (0, 0)]))
+
+
+class Learner:
+    """One network, its optimizer and a compiled step, in which all members learn, one after the other."""
+
+    def __init__(self, shape: Mapping, n_stages: int, settings: Mapping) -> None:
+        import keras
+        import tensorflow as tf
+
+        from slurrycast.surrogates.neighbours.network import build, by_layer, signature
+
+        self.shape, self.settings = shape, settings
+        self.network = network = build(**shape, name="learner")
+        self.optimizer = optimizer = keras.optimizers.Muon(
+            settings["learning_rate"],
+            adam_lr_ratio=ADAM_SHARE,
+            weight_decay=settings["weight_decay"],
+            adam_weight_decay=settings["weight_decay"],
+            exclude_layers=[f"(^|/){name}(/|$)" for name in LEARN_BY_ADAM],
+            clipnorm=GRADIENT_NORM,
+        )
+        optimizer.build(network.trainable_variables)
+        self.state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
+        self.fresh = [variable.numpy() for variable in optimizer.variables]
+        inputs = signature(network)
+        staged = by_layer(network, n_stages)
+
+        @tf.function(input_signature=inputs)
+        def answer(*inputs):
+            return network(list(inputs), training=False)
+
+        # as one program of machine code a step takes half as long as operation by operation
+        @tf.function(
+            input_signature=[tf.TensorSpec((), "int32"), tf.TensorSpec((n_stages, None, 3)), *inputs],
+            jit_compile=True,
+        )
+        def step(n_particles, targets_um, *inputs):
+            there = tf.cast(tf.range(tf.shape(targets_um)[1]) < n_particles, tf.float32)[:, None]
+            n_coordinates = 3.0 * tf.cast(n_particles, tf.float32)
+            with tf.GradientTape() as tape:
+                moved_um, log_variance = staged(list(inputs), training=True)
+                errors_um = (moved_um - targets_um) * there
+                losses = tf.reduce_sum(errors_um**2, axis=(1, 2)) / n_coordinates
+                error_um = tf.stop_gradient(errors_um[-1])
+                doubt = (log_variance + error_um**2 * tf.exp(-log_variance)) * there
+                doubt = tf.reduce_sum(doubt) / n_coordinates
+                total = losses[-1] + INTERMEDIATE_WEIGHT * tf.reduce_sum(losses[:-1]) + DOUBT_WEIGHT * doubt
+            gradients = tape.gradient(total, network.trainable_variables)
+            optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
+            return losses[-1], tf.reduce_sum(tf.abs(errors_um[-1])) / n_coordinates
+
+        self.answer, self.step = answer, step
+
+    def start(self, state: Mapping[str, Sequence[np.ndarray]]) -> None:
+        """Take these weights and this state of the optimizer."""
+        for key, variables in self.state.items():
+            for variable, value in zip(variables, state[key], strict=True):
+                variable.assign(value)
+
+    def learn(self, example: Example, known: Sequence[tuple[int, int]]) -> tuple:
+        """Take a step on an example, filled up to one of the `known` shapes: its squared and absolute error."""
+        import tensorflow as tf
+
+        from slurrycast.surrogates.neighbours.network import tensors
+
+        shown = filled(example, known, self.settings["cutoff_um"])
+        return self.step(tf.constant(example.size[0]), tf.constant(shown.moved_um), *tensors(shown.graph))
+
+    def test(self, tests: Sequence[Example]) -> np.ndarray:
+        """Mean squared and mean absolute error; each slurry counts as much, so that the largest does not decide."""
+        from slurrycast.surrogates.neighbours.network import tensors
+
+        errors_um = [(self.answer(*tensors(test.graph))[0] - test.moved_um[-1]).numpy() for test in tests]
+        errors = [[np.mean(error_um**2), np.mean(abs(error_um))] for error_um in errors_um]
+        return np.mean(errors or [[np.nan, np.nan]], axis=0)
+
+    def member(
+        self,
+        number: int,
+        examples: Sequence[Sequence[Example]],
+        tests: Sequence[Example],
+        work: Path,
+        earlier: Mapping[str, float],
+    ) -> tuple[list[np.ndarray], Progress]:
+        """Train one member, whose seed follows from that of the run, or continue its training.
+
+        Parameters
+        ----------
+        number
+            Number of the member, from 1.
+        examples
+            Those of each training slurry, one for each of its windows of input frames.
+        tests
+            One example of each validation slurry.
+        work
+            Folder of the checkpoints.
+        earlier
+            Cost of attempts before this one, as far as the members before know it.
+
+        Returns
+        -------
+        tuple
+            Weights and progress.
+        """
+        import keras
+
+        from slurrycast.surrogates.neighbours.network import build
+
+        settings, name = self.settings, f"neighbours {number}"
+        seed, epochs = derived_seed(settings["seed"], f"member {number}"), settings["epochs"]
+        keras.utils.set_random_seed(seed)
+        member = build(**self.shape, name=f"member{number}")
+        state = {"weights": [weights.numpy() for weights in member.trainable_variables], "optimizer": self.fresh}
+        every = [*itertools.chain(*examples), *tests]
+        arrays = [array for example in every for array in example.arrays()]
+        identity = fingerprint(arrays, {**settings, "member": number})
+        checkpoint, progress = work / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
+        if stored := read_checkpoint(checkpoint, identity, name):
+            state, progress = stored
+        self.start(state)
+
+        sizes = [choices[0].size[0] for choices in examples]
+        known = shapes([example.size for example in itertools.chain(*examples)])
+        n_steps, start, first = epochs * len(examples), time.monotonic(), len(progress.history)
+        for epoch in range(first + 1, epochs + 1):
+            draw = np.random.default_rng((seed, epoch))
+            losses = np.zeros((len(examples), 2))
+            for place, k in enumerate(draw.permutation(len(examples))):
+                drawn = examples[k][draw.integers(len(examples[k]))]
+                share = ((epoch - 1) * len(examples) + place) / n_steps
+                self.optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
+                losses[k] = self.learn(drawn, known)
+            row = np.array([*np.average(losses, axis=0, weights=sizes), *self.test(tests)])
+            if not np.isfinite(row[: 4 if tests else 2]).all():
+                raise RunError(
+                    f"neighbours: the loss is not finite in epoch {epoch}, "
+                    f"learning_rate {settings['learning_rate']} is too large"
+                )
+            progress.history.append(row)
+            left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
+            losses_text = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
+            print(f"[{name}] epoch {epoch}/{epochs} {losses_text}, {left_s:.0f} s left", flush=True)
+            state = {key: [variable.numpy() for variable in variables] for key, variables in self.state.items()}
+            write_checkpoint(checkpoint, identity, state, progress)
+        return state["weights"], progress
+
+
+def learning_rate_share(share: float) -> float:
+    """Learning rate as a share of its highest, after `share` of the steps: up in a line, down as a cosine."""
+    if share < WARM_UP:
+        return share / WARM_UP
+    return 0.5 * (1 + np.cos(np.pi * (share - WARM_UP) / (1 - WARM_UP)))
+
+
+def train(
+    slurries: Sequence[Trajectory],
+    validation: Sequence[Trajectory],
+    settings: Mapping,
+    model_path: str | Path,
+    history_path: str | Path,
+    work_directory: str | Path,
+) -> dict[str, float]:
+    """Train the members and write them as one model; the learning curves are the mean of theirs.
+
+    A step takes one slurry: the mean squared error of its displacement, in float32. The expected variance learns
+    beside it, by its likelihood. The weights are those of the last epoch, at which the learning rate has come to
+    nothing: the validation slurries are looked at, not chosen by. A checkpoint is written after each epoch; one of the
+    same settings and data is continued as if there had been no break. The same seed gives the same result on the same
+    machine.
+
+    Parameters
+    ----------
+    slurries, validation
+        Training slurries and validation slurries; without the latter, columns of the learning curves are empty.
+    settings
+        members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames,
+        intermediate_targets, input_frames, target_frame, threads, seed.
+    model_path, history_path, work_directory
+        See `Surrogate.train`.
+
+    Returns
+    -------
+    dict
+        wall_s and cpu_s of attempts before this one.
+
+    Raises
+    ------
+    InputError
+        If the cutoff is above half a box edge.
+    RunError
+        If the loss is not finite.
+    """
+    make_deterministic(settings["seed"], settings["threads"])
+    from slurrycast.surrogates.neighbours.network import joined
+
+    input_windows = windows(settings["input_frames"], settings["earlier_frames"])
+    examples = [[make_example(slurry, frames, settings) for frames in input_windows] for slurry in slurries]
+    tests = [make_example(slurry, settings["input_frames"], settings) for slurry in validation]
+    first = examples[0][0]
+    shape = {
+        "n_scalars": first.graph.scalars.shape[1],
+        "n_past": first.graph.past.shape[2],
+        "shares": layer_shares(settings),
+        "width": settings["width"],
+        "n_vectors": settings["vectors"],
+        "cutoff_um": settings["cutoff_um"],
+    }
+    learner = Learner(shape, len(first.moved_um), settings)
+    members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
+    for number in range(1, settings["members"] + 1):
+        member, progress = learner.member(number, examples, tests, Path(work_directory), earlier)
+        members.append(member)
+        histories.append(progress.history)
+        earlier = progress.earlier
+    write_history(history_path, np.mean(histories, axis=0))
+    with moved_into_place(model_path) as part:
+        joined(shape, members).save(part)
+    return earlier
