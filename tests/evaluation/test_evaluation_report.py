@@ -28,7 +28,6 @@ from slurrycast.report.evaluation_report import (
     tolerance_sentences,
     uncertainty_sentences,
 )
-from slurrycast.report.figures import main_labels
 
 TEST, VALIDATION = ["1", "2", "3", "6"], ["V1"]
 ROLES = dict.fromkeys(TEST, "test") | dict.fromkeys(VALIDATION, "validation")
@@ -456,11 +455,6 @@ def test_words():
     table = plain_table("T", "", pd.DataFrame({"surrogate": ["a"], "training_s": [1234.5], "share": [0.12345]}))
     assert table.rows == [["a", "1,234", "0.123"]]
     assert table.columns == ["surrogate", "training (s)", "share"]
-
-
-def test_main_labels_leave_out_variants_and_earlier_frames():
-    labels = ["affine", "affine_f02", "vgg16_box", "vgg16_box_absolute", "early_dem_x2", "early_dem_x2_f02", "net"]
-    assert main_labels(labels) == ["affine", "vgg16_box", "early_dem_x2", "net"]
 
 
 class Addresses(HTMLParser):

@@ -117,7 +117,7 @@ def test_the_affine_error_of_one_slurry_can_be_computed_anew():
     from slurrycast.data.final_box import scale_to_packing_fraction
     from slurrycast.data.frames import read_frames
     from slurrycast.dem.recipe import sphere_volume_um3
-    from slurrycast.surrogates import affine
+    from slurrycast.surrogates.affine import Affine
     from slurrycast.surrogates.prediction import PredictionInput
 
     folder = REFERENCE / "reduced"
@@ -126,7 +126,7 @@ def test_the_affine_error_of_one_slurry_can_be_computed_anew():
         last, target = (store.frame(int(k)) for k in store.frame_numbers)
         volume_um3 = float(sphere_volume_um3(2 * store.particles.radius_um).sum())
         edges_um = last.edges_um * scale_to_packing_fraction(packing_fraction, volume_um3, last.edges_um)
-        prediction = affine.predict(PredictionInput("2", store.particles, (last,), edges_um), None, {})
+        prediction = Affine().predict(PredictionInput("2", store.particles, (last,), edges_um), None, {})
     error = coordinate_errors(target.position_um, prediction.position_um)["all"].mse_um2
     skill = read_result("reduced", "skill").set_index(["surrogate", "slurry"])
     assert error == pytest.approx(skill.mse_um2["affine", "2"], rel=1e-6)

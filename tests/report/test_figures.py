@@ -31,7 +31,6 @@ from slurrycast.report.figures import (
     phase_colours,
     save_figure,
     surrogate_colours,
-    surrogate_family,
 )
 from slurrycast.runtime.files import InputError
 
@@ -104,21 +103,6 @@ def test_phases_keep_their_colours_whatever_their_order():
         PHASE_COLOURS["NiO"],
         FURTHER_PHASE_COLOURS[1],
     ]
-
-
-@pytest.mark.parametrize(
-    ("label", "family"),
-    [
-        ("vgg16", "vgg16"),
-        ("vgg16_f02", "vgg16"),
-        ("vgg16_box_absolute_f02", "vgg16_box"),
-        ("early_dem_x10", "early_dem"),
-        ("net_f04", "net"),
-        ("network", "network"),
-    ],
-)
-def test_family_of_a_label(label, family):
-    assert surrogate_family(label) == family
 
 
 def test_a_family_keeps_its_colour_and_its_variants_are_told_apart():

@@ -31,9 +31,18 @@ def test_modules_are_those_that_python_loads(root, script):
     assert {file for file in loaded - empty if not file.startswith(RUNTIME)} == set(modules(script)) - empty
 
 
-def test_surrogate_is_added():
-    assert "scripts/slurrycast/surrogates/vgg16.py" not in modules("scripts/surrogate/predict_slurry.py")
-    assert "scripts/slurrycast/surrogates/vgg16.py" in modules("scripts/surrogate/predict_slurry.py", "vgg16")
+@pytest.mark.parametrize(
+    ("surrogate", "files"),
+    [
+        ("vgg16", ["vgg16", "samples", "checkpoint"]),
+        ("neighbours", [f"neighbours/{name}" for name in ("__init__", "graph", "targets", "network", "training")]),
+    ],
+)
+def test_surrogate_is_added(surrogate, files):
+    script = "scripts/surrogate/predict_slurry.py"
+    paths = {f"scripts/slurrycast/surrogates/{file}.py" for file in files}
+    assert not paths & set(modules(script))
+    assert paths <= set(modules(script, surrogate))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime.files import RunError
-from slurrycast.surrogates import driven_dem
+from slurrycast.surrogates.driven_dem import DrivenDem
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 FIRST, TARGET = 10, 120
@@ -50,7 +50,7 @@ def largest_overlap(scaled: np.ndarray, asked: PredictionInput) -> float:
 
 def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(prediction_input):
     asked = prediction_input()
-    position_um = driven_dem.predict(asked, None, {"steps": 1000}).position_um
+    position_um = DrivenDem().predict(asked, None, {"steps": 1000}).position_um
     log = read_log(asked.continuation.work / "drive.log")
     np.testing.assert_allclose(log.thermo[-1, -3:], asked.final_edges_um, rtol=1e-9)
     assert log.thermo[-1, 0] == 1000
@@ -60,7 +60,7 @@ def test_ends_in_the_box_asked_for_without_the_overlaps_of_the_affine_map(predic
 
 def test_is_nearer_to_the_end_of_the_dem_than_the_affine_map(prediction_input, slurry):
     asked = prediction_input()
-    driven_um = moved_um(driven_dem.predict(asked, None, {"steps": 1000}).position_um, asked)
+    driven_um = moved_um(DrivenDem().predict(asked, None, {"steps": 1000}).position_um, asked)
     with read_frames(slurry / "frames.h5") as store:
         true_um = moved_um(store.frame(TARGET).position_um, asked)
     assert np.mean((driven_um - true_um) ** 2) < 0.8 * np.mean(true_um**2)
@@ -68,7 +68,7 @@ def test_is_nearer_to_the_end_of_the_dem_than_the_affine_map(prediction_input, s
 
 def test_box_follows_the_square_of_the_time_that_is_left(prediction_input):
     asked = prediction_input()
-    driven_dem.predict(asked, None, {"steps": 500})
+    DrivenDem().predict(asked, None, {"steps": 500})
     thermo = read_log(asked.continuation.work / "drive.log").thermo
     left = (thermo[:, -3:] - asked.final_edges_um) / (asked.last.edges_um - asked.final_edges_um)
     expected = (1 - thermo[:, 0] / 500) ** 2
@@ -79,7 +79,7 @@ def test_box_follows_the_square_of_the_time_that_is_left(prediction_input):
 def test_a_box_of_another_shape_is_reached_too(prediction_input):
     edges_um = prediction_input().final_edges_um * np.array([0.99, 1.01, 1.02])
     asked = prediction_input(edges_um)
-    driven_dem.predict(asked, None, {"steps": 200})
+    DrivenDem().predict(asked, None, {"steps": 200})
     thermo = read_log(asked.continuation.work / "drive.log").thermo
     np.testing.assert_allclose(thermo[-1, -3:], edges_um, rtol=1e-9)
 
@@ -90,14 +90,14 @@ def test_lost_contact_history_is_an_error(prediction_input, monkeypatch, tmp_pat
     repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
     (tmp_path / "drive.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
     asked = prediction_input()
-    driven_dem.predict(asked, None, {"steps": 10})
+    DrivenDem().predict(asked, None, {"steps": 10})
     monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
     with pytest.raises(RunError, match="dropped a part of the restart file"):
-        driven_dem.predict(asked, None, {"steps": 10})
+        DrivenDem().predict(asked, None, {"steps": 10})
 
 
 def test_the_same_input_gets_the_same_prediction(prediction_input):
-    answers = [driven_dem.predict(prediction_input(), None, {"steps": 100}).position_um for _ in range(2)]
+    answers = [DrivenDem().predict(prediction_input(), None, {"steps": 100}).position_um for _ in range(2)]
     np.testing.assert_array_equal(*answers)
 
 
@@ -115,14 +115,14 @@ def test_another_box_than_asked_for_is_an_error(prediction_input, monkeypatch):
 
     monkeypatch.setattr(lammps_dump, "read_dump", larger)
     with pytest.raises(RunError, match=r"^A: driven to a box of .* in place of .*drive\.log$"):
-        driven_dem.predict(asked, None, {"steps": 10})
+        DrivenDem().predict(asked, None, {"steps": 10})
 
 
 def test_needs_no_frame_but_the_last(prediction_input):
     asked = prediction_input()
     only: tuple[Frame, ...] = asked.frames[-1:]
-    one = driven_dem.predict(asked, None, {"steps": 50}).position_um
-    other = driven_dem.predict(
+    one = DrivenDem().predict(asked, None, {"steps": 50}).position_um
+    other = DrivenDem().predict(
         PredictionInput("A", asked.particles, only, asked.final_edges_um, asked.continuation), None, {"steps": 50}
     )
     np.testing.assert_array_equal(one, other.position_um)

@@ -10,7 +10,7 @@ from slurrycast.data.frames import read_frames
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, continue_dem
 from slurrycast.runtime.files import RunError
-from slurrycast.surrogates import early_dem
+from slurrycast.surrogates.early_dem import EarlyDem
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 SETTINGS = {"flat_within": 0.002, "flat_steps": 2000, "pressure_within": 0.1, "max_steps": 40000, "faster": "10"}
@@ -41,7 +41,7 @@ def steps_used(inputs: PredictionInput) -> int:
 @pytest.mark.parametrize("frame", [1, 10])
 def test_comes_to_rest_at_the_density_of_the_recipe(prediction_input, frame):
     asked = prediction_input(frame)
-    prediction = early_dem.predict(asked, None, SETTINGS)
+    prediction = EarlyDem().predict(asked, None, SETTINGS)
     density_g_cm3 = asked.particles.mass_pg.sum() / np.prod(prediction.edges_um)
     assert density_g_cm3 == pytest.approx(2.24, rel=0.03)
     pressure_kpa = read_log(asked.continuation.work / "continue.log").thermo[-1, 3]
@@ -59,7 +59,7 @@ def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(prediction_input):
     asked = prediction_input(1)
     settings = SETTINGS | {"flat_steps": 1, "max_steps": 3, "flat_within": 0.05}
     with pytest.raises(RunError, match=r"^A: not at rest after surrogate.early_dem.max_steps \(3\) more steps: .*kPa"):
-        early_dem.predict(asked, None, settings)
+        EarlyDem().predict(asked, None, settings)
     thermo = read_log(asked.continuation.work / "continue.log").thermo
     assert abs(thermo[-1, 2] / thermo[0, 2] - 1) < settings["flat_within"]
     assert steps_used(asked) == 3
@@ -68,13 +68,13 @@ def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(prediction_input):
 def test_max_steps_end_a_run_that_is_not_flat(prediction_input):
     asked = prediction_input(10)
     with pytest.raises(RunError, match=r"max_steps \(400\).*density \+.* over the last 200"):
-        early_dem.predict(asked, None, SETTINGS | {"flat_steps": 200, "max_steps": 500, "flat_within": 1e-9})
+        EarlyDem().predict(asked, None, SETTINGS | {"flat_steps": 200, "max_steps": 500, "flat_within": 1e-9})
     assert steps_used(asked) == 400
 
 
 def test_contact_history_goes_on(prediction_input):
     asked = prediction_input(60)
-    early_dem.predict(asked, None, SETTINGS)
+    EarlyDem().predict(asked, None, SETTINGS)
     log = (asked.continuation.work / "continue.log").read_text()
     assert "Resetting global fix info from restart file" in log
     assert "NEIGH_HISTORY" in log
@@ -104,5 +104,5 @@ def test_lost_part_of_the_restart_file_is_an_error(prediction_input, monkeypatch
 
 @pytest.mark.parametrize(("text", "faster"), [("x2", "2"), ("x32", "32"), ("x0", None), ("x", None), ("10", None)])
 def test_variant_names_how_much_faster(text, faster):
-    match = early_dem.VARIANT.fullmatch(text)
+    match = EarlyDem.variant.fullmatch(text)
     assert (match and match["faster"]) == faster

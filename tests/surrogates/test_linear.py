@@ -10,7 +10,7 @@ import scipy.optimize
 from slurrycast.data.dataset import TrainingSet, read_training_set, split, write_training_set
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates import linear
+from slurrycast.surrogates.linear import Linear
 from slurrycast.surrogates.prediction import PredictionInput
 
 N = 60
@@ -45,18 +45,18 @@ def data() -> TrainingSet:
 
 
 def test_exact_coefficients_are_recovered(data, tmp_path):
-    model = linear.fit(data, {"seed": 1}, tmp_path / "model.json")
+    model = Linear().fit(data, {"seed": 1}, tmp_path / "model.json")
     np.testing.assert_allclose(model["coefficients"], COEFFICIENTS, atol=1e-12)
     assert max(model["training_mse_um2"], model["validation_mse_um2"]) < 1e-20
     other = np.random.default_rng(3).normal(0, 30, (9, 4, 3))
-    predicted = linear.predict(prediction_input(other), tmp_path / "model.json", {})
+    predicted = Linear().predict(prediction_input(other), tmp_path / "model.json", {})
     np.testing.assert_allclose(predicted.position_um, np.einsum("nfa,f->na", other, COEFFICIENTS), atol=1e-9)
     assert predicted.edges_um is None
 
 
 def test_the_fit_is_the_minimum_of_the_training_error_alone(data, tmp_path):
     noisy = replace(data, targets=data.targets + np.random.default_rng(4).normal(0, 3, (N, 3)))
-    model = linear.fit(noisy, {}, tmp_path / "model.json")
+    model = Linear().fit(noisy, {}, tmp_path / "model.json")
 
     def mse_um2(coefficients, part):
         places_um, targets = noisy.features[part][..., 2:5], noisy.targets[part]
@@ -68,15 +68,17 @@ def test_the_fit_is_the_minimum_of_the_training_error_alone(data, tmp_path):
     assert model["training_mse_um2"] == pytest.approx(found.fun, rel=1e-9)
     assert model["validation_mse_um2"] == pytest.approx(mse_um2(model["coefficients"], held), rel=1e-12)
     spoilt = replace(noisy, targets=np.where(held[:, None], 1e6, noisy.targets))
-    assert linear.fit(spoilt, {}, tmp_path / "spoilt.json")["coefficients"] == model["coefficients"]
+    assert Linear().fit(spoilt, {}, tmp_path / "spoilt.json")["coefficients"] == model["coefficients"]
 
 
 def test_axes_share_their_coefficients_and_prediction_grows_with_the_coordinates(data, tmp_path):
     noisy = replace(data, targets=data.targets + np.random.default_rng(4).normal(0, 3, (N, 3)))
-    linear.fit(noisy, {}, tmp_path / "model.json")
+    Linear().fit(noisy, {}, tmp_path / "model.json")
     places_um = np.random.default_rng(5).normal(0, 10, (8, 4, 3))
-    predicted = linear.predict(prediction_input(places_um), tmp_path / "model.json", {}).position_um
-    turned = linear.predict(prediction_input(2.5 * places_um[..., [2, 0, 1]]), tmp_path / "model.json", {}).position_um
+    predicted = Linear().predict(prediction_input(places_um), tmp_path / "model.json", {}).position_um
+    turned = (
+        Linear().predict(prediction_input(2.5 * places_um[..., [2, 0, 1]]), tmp_path / "model.json", {}).position_um
+    )
     np.testing.assert_allclose(turned, 2.5 * predicted[:, [2, 0, 1]], rtol=1e-12)
 
 
@@ -84,13 +86,13 @@ def test_models_that_do_not_fit_are_refused(data, tmp_path):
     path = tmp_path / "model.json"
     places_um = np.ones((2, 4, 3))
     with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        linear.predict(prediction_input(places_um), path, {})
+        Linear().predict(prediction_input(places_um), path, {})
     path.write_text('{"input_frames": [7, 8, 9, 10]}')
     with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        linear.predict(prediction_input(places_um), path, {})
-    linear.fit(data, {}, path)
+        Linear().predict(prediction_input(places_um), path, {})
+    Linear().fit(data, {}, path)
     with pytest.raises(InputError, match=r"was fitted to input frames \[7, 8, 9, 10\], asked with \[6, 7, 8, 9\]"):
-        linear.predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
+        Linear().predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
 
 
 def test_the_script_fits_without_keras(data, tmp_path, monkeypatch, capsys):
@@ -104,7 +106,7 @@ def test_the_script_fits_without_keras(data, tmp_path, monkeypatch, capsys):
     words = ["fit_surrogate.py", "--surrogate", "linear", "--settings", "{}", "--seed", "1", *options]
     monkeypatch.setattr(sys, "argv", words)
     fit_surrogate.main()
-    expected = linear.fit(read_training_set(tmp_path / "training.h5"), {}, tmp_path / "again.json")
+    expected = Linear().fit(read_training_set(tmp_path / "training.h5"), {}, tmp_path / "again.json")
     written = json.loads((tmp_path / "model.json").read_text())
     assert written == json.loads((tmp_path / "again.json").read_text())
     assert written["coefficients"] == expected["coefficients"]

@@ -10,54 +10,44 @@ import numpy as np
 import pytest
 
 from slurrycast import surrogates
-from slurrycast.data import final_box
 from slurrycast.data.dataset import TrainingSet, split, write_training_set
 from slurrycast.dem.lammps_run import SCRIPTS
 from slurrycast.runtime.files import InputError, checksum
+from slurrycast.surrogates import base
+from slurrycast.surrogates.base import LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED, Surrogate
 
 
 @pytest.mark.parametrize("name", surrogates.NAMES)
 def test_every_surrogate_has_the_interface(name):
     surrogate = surrogates.load(name)
-    assert name == surrogate.NAME
-    assert surrogate.LOOKS_AT
-    assert surrogate.BOX_RULE in final_box.RULES
-    assert surrogate.MODEL_FILE in (None, "model.json", "model.keras")
-    assert hasattr(surrogate, "fit") == (surrogate.MODEL_FILE is not None)
-    assert surrogate.CONTINUES_DEM is None or (SCRIPTS / surrogate.CONTINUES_DEM).is_file()
-    assert surrogate.BOX_RULE != "simulated" or surrogate.CONTINUES_DEM
-    assert callable(surrogate.predict)
-    assert surrogate.HAS_SPREAD is (name == "neighbours")
+    assert surrogate.name == name and surrogate.looks_at
+    assert surrogate.box_rule in (LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED)
+    assert surrogate.model_file in (None, "model.json", "model.keras")
+    assert surrogate.learns_from in ((None,) if surrogate.model_file is None else ("samples", "frames"))
+    assert surrogate.weights_epoch in (("lowest", "last") if surrogate.is_trained else (None,))
+    assert surrogate.dem_script is None or (SCRIPTS / surrogate.dem_script).is_file()
+    assert surrogate.box_rule is not SIMULATED or surrogate.continues_dem
+    defined = {method for method in vars(Surrogate) if method in vars(type(surrogate))}
+    needed = {"train": surrogate.is_trained, "input_shapes": surrogate.is_trained, "fit": surrogate.is_fitted}
+    needed |= {"most_steps": surrogate.continues_dem, "predict": True}
+    assert {method: method in defined for method in needed} == needed
 
 
-@pytest.mark.parametrize(
-    ("text", "name", "settings", "last_frame"),
-    [
-        ("affine", "affine", {}, None),
-        ("affine_f02", "affine", {}, 2),
-        ("affine_f110", "affine", {}, 110),
-        ("vgg16", "vgg16", {}, None),
-        ("vgg16_relative", "vgg16", {"coordinates": "relative"}, None),
-        ("vgg16_box", "vgg16_box", {}, None),
-        ("vgg16_box_nobox", "vgg16_box", {"change": "nobox"}, None),
-        ("early_dem_x10", "early_dem", {"faster": "10"}, None),
-        ("early_dem_x10_f04", "early_dem", {"faster": "10"}, 4),
-    ],
-)
-def test_labels_are_taken_apart(text, name, settings, last_frame):
-    assert surrogates.parse(text) == surrogates.Label(text, name, settings, last_frame)
+def test_a_surrogate_needs_no_more_than_a_prediction(monkeypatch):
+    monkeypatch.setattr(base, "REGISTERED", {})
 
+    class Still(Surrogate):
+        name, looks_at, box_rule = "still", "nothing", LAST_FRAME
 
-@pytest.mark.parametrize("text", ["", "Affine", "affine_", "affine_f2", "affine_x2", "early_dem", "vgg16_b"])
-def test_other_labels_are_refused(text):
-    with pytest.raises(InputError, match=f"surrogate: '{text}' is not known"):
-        surrogates.parse(text)
+        def predict(self, inputs, model_path, settings):
+            return inputs
 
-
-def test_input_frames_of_a_label():
-    assert surrogates.parse("affine").input_frames([7, 8, 9, 10]) == [7, 8, 9, 10]
-    assert surrogates.parse("affine_f09").input_frames([7, 8, 9, 10]) == [6, 7, 8, 9]
-    assert surrogates.parse("affine_f01").input_frames([7, 8, 9, 10]) == [0, 1]
+    surrogate = base.REGISTERED["still"]
+    assert isinstance(surrogate, Still)
+    for property in ("is_learned", "is_trained", "is_fitted", "continues_dem", "has_spread", "needs_packing_fraction"):
+        assert getattr(surrogate, property) is False
+    assert surrogate.first_frame_seen([7, 8, 10], {}) == 10
+    assert surrogate.needed_frames({"input_frames": [7, 8], "target_frame": 20}, {}) == [7, 8, 20]
 
 
 def test_an_unknown_surrogate_is_refused_with_the_known_ones():
@@ -69,7 +59,6 @@ def test_asking_for_a_surrogate_starts_no_tensorflow(root):
     code = """
 import sys
 from slurrycast import surrogates
-from slurrycast.data import final_box
 for name in surrogates.NAMES: surrogates.load(name)
 assert not {'keras', 'tensorflow'} & set(sys.modules)
 """
@@ -79,6 +68,7 @@ assert not {'keras', 'tensorflow'} & set(sys.modules)
 
 def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch):
     import train_surrogate
+    from slurrycast.surrogates import vgg16
 
     n = 30
     rng = np.random.default_rng(0)
@@ -99,7 +89,6 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
         target_edges_um=np.ones((1, 3)),
     )
     write_training_set(tmp_path / "training.h5", data, seed=1)
-    vgg16 = surrogates.load("vgg16")
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
     places = {name: tmp_path / name for name in ("work", "model.keras", "history.csv", "cost.json")}
@@ -122,13 +111,13 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     # A workflow that was killed before it took note of the outputs asks again: the training is not repeated.
     for name in written:
         places[name].unlink()
-    monkeypatch.setattr(vgg16, "fit", None)
+    monkeypatch.setattr(surrogates.load("vgg16"), "train", None)
     train_surrogate.main()
     assert {name: places[name].read_bytes() for name in written} == written
     assert json.loads(places["cost.json"].read_text())["cpu_s"] > cost["cpu_s"]
 
     # With other code it would be another model, so it is.
-    monkeypatch.setattr(train_surrogate, "code_of", lambda surrogate: [f"edited {surrogate}"])
+    monkeypatch.setattr(train_surrogate, "code_versions", lambda surrogate: [f"edited {surrogate}"])
     with pytest.raises(TypeError, match="'NoneType' object is not callable"):
         train_surrogate.main()
 
@@ -136,9 +125,9 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
 def test_code_of_a_surrogate_is_its_modules_and_libraries(root):
     import train_surrogate
 
-    code = train_surrogate.code_of("neighbours")
-    for module in ("neighbours", "neighbour_network", "checkpoint"):
+    code = train_surrogate.code_versions("neighbours")
+    for module in ("neighbours/__init__", "neighbours/network", "checkpoint"):
         assert checksum(root / "scripts" / "slurrycast" / "surrogates" / f"{module}.py") in code
     assert any(entry.startswith("keras 3") for entry in code)
     assert any(entry.startswith("tensorflow") for entry in code)
-    assert code != train_surrogate.code_of("vgg16")
+    assert code != train_surrogate.code_versions("vgg16")

@@ -13,10 +13,8 @@ from slurrycast.data.dataset import TrainingSet, split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, RunError
-from slurrycast.surrogates import load
+from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.prediction import PredictionInput
-
-vgg16 = load("vgg16")
 
 # Table 2 of the article, (length, channels) behind each layer and its parameters.
 TABLE_2 = [
@@ -199,7 +197,9 @@ def test_outer_taps_stay_where_the_length_is_one(small):
 def fit(folder, **changes):
     folder.mkdir(exist_ok=True)
     settings = SETTINGS | changes
-    spent = vgg16.fit(training_set(), settings, folder / "model.keras", folder / "history.csv", folder / "work")
+    spent = vgg16.Vgg16().train(
+        training_set(), settings, folder / "model.keras", folder / "history.csv", folder / "work"
+    )
     return (folder / "history.csv").read_text(), vgg16.apply_model(folder / "model.keras", samples(20)[0]), spent
 
 
@@ -324,7 +324,7 @@ def test_an_input_is_answered_with_what_the_network_makes_of_its_history(small, 
     vgg16.build(4, 6).save(tmp_path / "model.keras")
     with read_frames(slurry / "frames.h5") as store:
         inputs = PredictionInput("A", store.particles, tuple(store.frame(k) for k in (7, 8, 9, 10)))
-    prediction = vgg16.predict(inputs, tmp_path / "model.keras", {})
+    prediction = vgg16.Vgg16().predict(inputs, tmp_path / "model.keras", {})
     history = particle_history(inputs.particles, inputs.frames)
     np.testing.assert_array_equal(prediction.position_um, vgg16.apply_model(tmp_path / "model.keras", history))
     assert prediction.edges_um is None
@@ -338,7 +338,9 @@ def test_relative_coordinates_know_nothing_of_the_size_of_the_box(small, tmp_pat
     wider = tuple(replace(f, position_um=3 * f.position_um, edges_um=3 * f.edges_um) for f in frames)
     for settings, scales in (({"coordinates": "relative"}, True), ({}, False)):
         once, thrice = (
-            vgg16.predict(PredictionInput("A", store.particles, asked, None, None), tmp_path / "model.keras", settings)
+            vgg16.Vgg16().predict(
+                PredictionInput("A", store.particles, asked, None, None), tmp_path / "model.keras", settings
+            )
             for asked in (frames, wider)
         )
         assert np.allclose(3 * once.position_um, thrice.position_um, rtol=1e-4, atol=1e-3) == scales
@@ -352,7 +354,7 @@ def test_relative_training_is_in_um_too(small, tmp_path):
     for number, settings in enumerate((SETTINGS, SETTINGS | {"coordinates": "relative"})):
         paths = [tmp_path / f"{name}{number}" for name in ("model.keras", "history.csv", "work")]
         paths[0] = tmp_path / f"model{number}.keras"
-        vgg16.fit(replace(data, input_edges_um=edges_um), settings, *paths)
+        vgg16.Vgg16().train(replace(data, input_edges_um=edges_um), settings, *paths)
         losses.append(paths[1].read_text())
     assert losses[0] == losses[1]
 
@@ -367,7 +369,7 @@ def unlike():
 
 
 def test_standardised_samples_have_mean_0_and_deviation_1(unlike):
-    seen = vgg16.Standardisation.of(unlike).apply(unlike)
+    seen = vgg16.Standardisation.fitted(unlike).apply(unlike)
     trained = ~unlike.is_validation
     np.testing.assert_allclose(seen.features[trained].mean(axis=(0, 1)), 0, atol=1e-10)
     np.testing.assert_allclose(seen.features[trained].std(axis=(0, 1)), [0, 1, 1, 1, 1, 1], atol=1e-10)
@@ -376,7 +378,7 @@ def test_standardised_samples_have_mean_0_and_deviation_1(unlike):
     # the held-out samples have no say
     outlier = replace(unlike, features=np.where(unlike.is_validation[:, None, None], 1e9, unlike.features))
     np.testing.assert_array_equal(
-        vgg16.Standardisation.of(outlier).feature_mean, vgg16.Standardisation.of(unlike).feature_mean
+        vgg16.Standardisation.fitted(outlier).feature_mean, vgg16.Standardisation.fitted(unlike).feature_mean
     )
 
 

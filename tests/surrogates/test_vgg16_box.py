@@ -9,15 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import Frame, Particles
-from slurrycast.surrogates import affine
+from slurrycast.surrogates import vgg16, vgg16_box
+from slurrycast.surrogates.affine import Affine
 from slurrycast.surrogates.prediction import PredictionInput
-
-vgg16 = surrogates.load("vgg16")
-vgg16_box = surrogates.load("vgg16_box")
+from slurrycast.surrogates.vgg16_box import Vgg16Box
 
 N = 90
 NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
@@ -93,13 +91,13 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
     data = training_set()
     settings = {"change": change}
     samples = vgg16_box.samples(data, vgg16_box.form(settings))
-    own = data.slurry_index == slurry
-    fed = answers(samples.targets[own])
-    predicted = vgg16_box.predict(prediction_input(data, slurry), "model.keras", settings)
-    np.testing.assert_allclose(predicted.position_um, data.targets[own], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(fed[0], samples.features[own], rtol=1e-14)
+    selected = data.slurry_index == slurry
+    fed = answers(samples.targets[selected])
+    predicted = Vgg16Box().predict(prediction_input(data, slurry), "model.keras", settings)
+    np.testing.assert_allclose(predicted.position_um, data.targets[selected], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(fed[0], samples.features[selected], rtol=1e-14)
     assert predicted.edges_um is None
-    assert fed[0].shape[1:] == vgg16_box.input_shapes(fed[0].shape[1], settings)["features"]
+    assert fed[0].shape[1:] == Vgg16Box().input_shapes(fed[0].shape[1], settings)["features"]
 
 
 @pytest.mark.parametrize("change", [None, "xu", "nobox"])
@@ -107,14 +105,14 @@ def test_no_displacement_is_the_affine_prediction_in_the_box_of_the_input(answer
     data = training_set()
     asked = prediction_input(data, 1, np.array([7.0, 8.0, 11.0]))
     answers(np.zeros((N // 2, 3)))
-    predicted = vgg16_box.predict(asked, "model.keras", {"change": change})
-    np.testing.assert_allclose(predicted.position_um, affine.predict(asked, None, {}).position_um, atol=1e-12)
+    predicted = Vgg16Box().predict(asked, "model.keras", {"change": change})
+    np.testing.assert_allclose(predicted.position_um, Affine().predict(asked, None, {}).position_um, atol=1e-12)
 
 
 def test_an_absolute_answer_is_in_edges_of_the_box_of_the_input(answers):
     answers(np.full((N // 2, 3), 0.25))
     asked = prediction_input(training_set(), 0, np.array([4.0, 8.0, 12.0]))
-    predicted = vgg16_box.predict(asked, "model.keras", {"change": "absolute"})
+    predicted = Vgg16Box().predict(asked, "model.keras", {"change": "absolute"})
     np.testing.assert_allclose(predicted.position_um, np.tile([1.0, 2.0, 3.0], (N // 2, 1)))
 
 
@@ -149,17 +147,10 @@ def test_each_variant_makes_one_change():
     np.testing.assert_allclose(absolute.targets * absolute.unit_um, data.targets, rtol=1e-14)
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_labels_name_the_variants(change):
-    label = surrogates.parse("vgg16_box" if change is None else f"vgg16_box_{change}")
-    assert label.name == "vgg16_box"
-    assert label.settings.get("change") == change
-
-
 def test_layers_are_those_of_vgg16():
     data = training_set()
     samples = vgg16_box.samples(data, vgg16_box.form({}))
-    box = vgg16.build(4, 9, vgg16.Standardisation.of(samples))
+    box = vgg16.build(4, 9, vgg16.Standardisation.fitted(samples))
     published = vgg16.build(4, 6)
     # three more features for the 3 taps of 64 filters
     assert box.count_params() == published.count_params() + 3 * 3 * 64
@@ -177,7 +168,7 @@ def small(monkeypatch):
 
 def fit(folder, change, **changes):
     places = (folder / "model.keras", folder / "history.csv", folder / "work")
-    vgg16_box.fit(training_set(), SETTINGS | {"change": change} | changes, *places)
+    Vgg16Box().train(training_set(), SETTINGS | {"change": change} | changes, *places)
     rows = [[float(word) for word in row.split(",")] for row in places[1].read_text().splitlines()[1:]]
     return places[0], np.array(rows)
 
@@ -187,7 +178,7 @@ def test_the_written_model_predicts_with_the_errors_of_its_history(small, tmp_pa
     """In um2 in the true final box; and the file is plain Keras, which safe mode loads."""
     data = training_set()
     model, rows = fit(tmp_path, change)
-    predicted = [vgg16_box.predict(prediction_input(data, k), model, {"change": change}).position_um for k in (0, 1)]
+    predicted = [Vgg16Box().predict(prediction_input(data, k), model, {"change": change}).position_um for k in (0, 1)]
     error_um = (np.concatenate(predicted) - data.targets)[data.is_validation]
     np.testing.assert_allclose(rows[:, 3].min(), np.mean(error_um**2), rtol=1e-3)
     with zipfile.ZipFile(model) as archive:

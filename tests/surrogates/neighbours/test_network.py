@@ -1,0 +1,160 @@
+"""The network: equivariance, the stored ensemble, and gaps in the box of the time."""
+
+import keras
+import numpy as np
+import pytest
+from slurries import EDGES_UM, answer, frames_of, particles_of, slurry
+
+from slurrycast.report.network_table import read_network
+from slurrycast.surrogates import neighbours
+from slurrycast.surrogates.neighbours import answers
+from slurrycast.surrogates.neighbours.graph import INPUTS, neighbour_pairs, slurry_graph
+from slurrycast.surrogates.neighbours.network import DISTANCES_UM, Interaction, build, joined, tensors
+
+
+@pytest.mark.parametrize("n_members", [1, 3])
+def test_stored_members_answer_as_the_networks_that_they_were(tmp_path, n_members):
+    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.4, 0.4, 0.8, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    network = build(**shape, name="net")
+    draw = np.random.default_rng(6)
+    members = [
+        [draw.normal(0, 0.3, variable.shape) for variable in network.trainable_variables] for _ in range(n_members)
+    ]
+    history, edges_um = slurry()
+    seen = slurry_graph(particles_of(history), frames_of(history, edges_um), EDGES_UM, 1.6)
+    inputs = tensors(seen)
+    joined(shape, members).save(tmp_path / "model.keras")
+    loaded = keras.saving.load_model(tmp_path / "model.keras", safe_mode=True)
+    together = loaded(inputs)
+    each = answers(loaded.get_layer("ensemble"), seen)
+    for number, weights in enumerate(members):
+        for variable, value in zip(network.trainable_variables, weights, strict=True):
+            variable.assign(value)
+        for expected, *actual in zip(network(inputs), together, each, strict=True):
+            assert np.std(expected) > 1e-3
+            for one in actual:
+                np.testing.assert_allclose(one[:, number], expected, atol=1e-5)
+
+
+def test_answer_is_not_the_affine_map(model):
+    history, edges_um = slurry()
+    moved_um = answer(model, history, edges_um)[0] - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+    assert np.sqrt(np.mean(moved_um**2)) > 0.01  # what the tests below say would else be empty
+
+
+def test_order_of_the_particles_does_not_matter(model):
+    history, edges_um = slurry()
+    order = np.random.default_rng(7).permutation(len(history))
+    for one, other in zip(answer(model, history, edges_um), answer(model, history[order], edges_um), strict=True):
+        np.testing.assert_allclose(other, one[order], atol=1e-5)
+
+
+def test_shift_of_all_particles_shifts_the_answer(model):
+    """By different lengths in the box of each frame: the origin of the box has no meaning."""
+    history, edges_um = slurry()
+    shifted = history.copy()
+    scaled = np.array([0.31, -0.77, 2.2])
+    shifted[..., 2:5] += scaled * edges_um
+    position_um, spread_um = answer(model, history, edges_um)
+    moved_um, moved_spread_um = answer(model, shifted, edges_um)
+    np.testing.assert_allclose(moved_um, position_um + scaled * EDGES_UM, atol=1e-5)
+    np.testing.assert_allclose(moved_spread_um, spread_um, atol=1e-5)
+
+
+def test_particle_may_be_given_by_any_of_its_images(model):
+    history, edges_um = slurry()
+    other = history.copy()
+    other[5, :, 2:5] += edges_um * np.array([1, -2, 0])
+    position_um, moved_um = answer(model, history, edges_um)[0], answer(model, other, edges_um)[0]
+    expected = position_um.copy()
+    expected[5] += EDGES_UM * np.array([1, -2, 0])
+    np.testing.assert_allclose(moved_um, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("axes", "signs"),
+    [((0, 1, 2), (-1, -1, -1)), ((1, 2, 0), (1, 1, 1)), ((0, 2, 1), (1, -1, 1)), ((2, 1, 0), (1, 1, 1))],
+)
+def test_turned_and_mirrored_slurry_gets_the_answer_turned_and_mirrored(model, axes, signs):
+    history, edges_um = slurry()
+    turned = history.copy()
+    turned[..., 2:5] = history[..., 2:5][..., axes] * signs
+    position_um, spread_um = answer(model, history, edges_um)
+    other_um, other_spread_um = answer(model, turned, edges_um[:, axes], EDGES_UM[list(axes)])
+    np.testing.assert_allclose(other_um, position_um[:, axes] * signs, atol=1e-5)
+    np.testing.assert_allclose(other_spread_um, spread_um[:, axes], atol=1e-5)
+
+
+def test_slurry_repeated_in_space_gets_the_same_answer_in_each_copy(model):
+    """A box twice as long with everything twice in it is the same slurry: size does not matter."""
+    history, edges_um = slurry()
+    copies = np.concatenate([history, history])
+    half = np.array([0, 0, 0.5])
+    copies[: len(history), :, 2:5] -= half * edges_um
+    copies[len(history) :, :, 2:5] += half * edges_um
+    long = np.array([1, 1, 2])
+    position_um, spread_um = answer(model, history, edges_um)
+    both_um, both_spread_um = answer(model, copies, edges_um * long, EDGES_UM * long)
+    # the volume ratio, and with it all else, is the same
+    for part, shift in ((slice(None, len(history)), -half), (slice(len(history), None), half)):
+        np.testing.assert_allclose(both_um[part], position_um + shift * EDGES_UM, atol=1e-5)
+        np.testing.assert_allclose(both_spread_um[part], spread_um, atol=1e-5)
+
+
+def test_neighbours_come_and_go_without_a_jump(model):
+    """A particle that crosses the cutoff of another changes nothing at once."""
+    history, edges_um = slurry()
+    receivers, senders, separation_um = neighbour_pairs(history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, EDGES_UM, 1.6)
+    distance_um = np.linalg.norm(separation_um, axis=1)
+    edge = int(np.argmax(distance_um))
+    direction = separation_um[edge] / distance_um[edge]
+    answers = []
+    for distance in (1.6 - 1e-6, 1.6 + 1e-6):
+        moved = history.copy()
+        moved[senders[edge], :, 2:5] += direction * (distance - distance_um[edge]) / EDGES_UM * edges_um
+        answers.append(answer(model, moved, edges_um)[0][receivers[edge]])
+    np.testing.assert_allclose(*answers, atol=1e-3)
+
+
+@pytest.mark.parametrize(("share", "scale"), [(0.0, 1.2), (0.5, np.sqrt(1.2))])
+def test_gap_is_that_in_the_box_of_the_time(share, scale):
+    """Two that touch in a box `scale` times as wide as the final one get the answer of two that touch there."""
+    layer = Interaction(8, 4, 1.6, share)
+    layer.build()
+    rng = np.random.default_rng(0)
+    for weights in layer.weights:
+        weights.assign(rng.normal(0, 0.3, weights.shape))
+    n_distances = len(DISTANCES_UM)
+    seen = layer.of_places.kernel.numpy()
+    seen[:n_distances] = seen[-3:-1] = 0  # deaf to the distance itself
+    layer.of_places.kernel.assign(seen)
+    left = np.full(2, -3 * np.log(1.2), dtype=np.float32)
+    state, vectors, moved_um = np.ones((2, 8), "f4"), np.zeros((2, 3, 4), "f4"), np.zeros((2, 3), "f4")
+
+    def answer(distance_um, radius_um, left):
+        apart = np.array([[distance_um, 0, 0], [-distance_um, 0, 0]], "f4")
+        layer.cutoff_um = 1.6 * distance_um  # whose envelope would tell the distance
+        radii_um = np.full(2, radius_um, "f4")
+        pairs = np.array([0, 1], "i4"), np.array([1, 0], "i4")
+        return layer.call(state, vectors, moved_um, radii_um, left, *pairs, apart)[0].numpy()
+
+    touching = answer(0.8 / scale, 0.4, left)
+    np.testing.assert_allclose(touching, answer(0.8, 0.4, np.zeros(2, "f4")), atol=1e-4)
+    assert np.abs(touching - answer(0.75 / scale, 0.4, left)).max() > 1e-3
+
+
+def test_compiled_prediction_is_the_same(model, monkeypatch):
+    operation_by_operation = answer(model, *slurry())
+    monkeypatch.setattr(neighbours, "COMPILED_FROM", 0)
+    for one, other in zip(answer(model, *slurry()), operation_by_operation, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-5)
+
+
+def test_report_describes_the_ensemble(model):
+    network = read_network(model)
+    assert [layer.name for layer in network.layers[:-1]] == [f"Input {name}" for name in INPUTS]
+    ensemble = network.layers[-1]
+    assert ensemble.name == "Ensemble of 2 networks, 2 layers of width 8"
+    assert ensemble.parameters == network.parameters
+    one = build(11, 2, [0.08, 1.0], 8, 4, 1.6, "net")
+    assert network.parameters == 2 * one.count_params()

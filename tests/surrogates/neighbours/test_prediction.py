@@ -1,0 +1,79 @@
+"""Predictions: their bounds, and models that do not fit."""
+
+import subprocess
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from slurries import EDGES_UM, PHASES, SETTINGS, answer, prediction_input, slurry
+
+from slurrycast.runtime.files import InputError
+from slurrycast.surrogates import neighbours
+from slurrycast.surrogates.neighbours import Neighbours
+from slurrycast.surrogates.neighbours.network import build
+
+
+@pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
+def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, monkeypatch, log_variance, spread_um):
+    def answers(_, seen):
+        moved_um = np.zeros((len(seen.radius_um), 2, 3))
+        return moved_um, np.full((len(moved_um), 2, 1), log_variance)
+
+    monkeypatch.setattr(neighbours, "answers", answers)
+    np.testing.assert_allclose(answer(model, *slurry())[1], spread_um)
+
+
+@pytest.mark.parametrize(("moved_um", "found_um"), [((0, 0.3, 0.4), (0, 0.3, 0.4)), ((0, 24, -32), (0, 1.2, -1.6))])
+def test_no_member_moves_a_particle_farther_than_any_went(model, monkeypatch, moved_um, found_um):
+    def answers(_, seen):
+        every = np.broadcast_to(np.array(moved_um, float), (len(seen.radius_um), 2, 3))
+        return every, np.full((len(every), 2, 1), -4.0)
+
+    monkeypatch.setattr(neighbours, "answers", answers)
+    history, edges_um = slurry()
+    affine_um = history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+    np.testing.assert_allclose(answer(model, history, edges_um)[0] - affine_um, [found_um] * 60, atol=1e-12)
+
+
+def test_models_that_do_not_fit_are_refused(model, tmp_path):
+    (tmp_path / "model.keras").write_text("no model")
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        answer(tmp_path / "model.keras", *slurry())
+    build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
+    with pytest.raises(InputError, match=r"model\.keras: not a model of neighbours, or one of an earlier version"):
+        answer(tmp_path / "model.keras", *slurry())
+    with zipfile.ZipFile(tmp_path / "model.keras", "w") as archive:
+        archive.writestr("metadata.json", "{}")
+    with pytest.raises(InputError, match=r"model\.keras: not a readable Keras model"):
+        answer(tmp_path / "model.keras", *slurry())
+    history, edges_um = slurry()
+    with pytest.raises(InputError, match="was trained on 3 input frames, asked with 2"):
+        answer(model, history[:, 1:], edges_um[1:])
+    asked = prediction_input(history, edges_um)
+    asked = replace(asked, particles=replace(asked.particles, phase_names=(*PHASES, "pore")))
+    with pytest.raises(InputError, match="was trained on 3 phases, slurry 1 has 4"):
+        Neighbours().predict(asked, model, SETTINGS)
+
+
+@pytest.mark.parametrize(("frames", "fits"), [([8, 9, 10], True), ([7, 8, 9, 10], False)])
+def test_trained_network_is_adopted_if_its_input_frames_fit(command, model, tmp_path, frames, fits):
+    options = {"trained": model, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+    options |= {"cost": tmp_path / "cost.json", "input_frames": frames}
+    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
+    assert (done.returncode == 0) == fits, done.stderr
+    if fits:
+        assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
+    else:
+        assert "neighbours needs 3 x 3" in done.stderr
+
+
+def test_model_of_another_kind_is_not_adopted(command, tmp_path):
+    """Its inputs would fit: that of an earlier version is such a file."""
+    build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
+    options = {"trained": tmp_path / "model.keras", "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+    options |= {"cost": tmp_path / "cost.json", "input_frames": [8, 9, 10]}
+    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
+    assert done.returncode == 1
+    assert f"{tmp_path / 'model.keras'} is no model of neighbours, or one of an earlier version" in done.stderr
+    assert not (tmp_path / "out.keras").exists()

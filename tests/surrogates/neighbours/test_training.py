@@ -1,0 +1,133 @@
+"""Training: it learns, continues after a kill, and pads slurries without a trace."""
+
+import numpy as np
+import pytest
+from slurries import EDGES_UM, SETTINGS, SHAPE, answer, random_network, slurry, train, trajectory
+
+from slurrycast.surrogates.neighbours import training
+from slurrycast.surrogates.neighbours.network import tensors
+from slurrycast.surrogates.neighbours.targets import make_example
+from slurrycast.surrogates.neighbours.training import LEARN_BY_ADAM, Learner, filled, learning_rate_share, shapes
+
+
+def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
+    """Before the first step, so a training that learns nothing does no harm."""
+    monkeypatch.setattr(training, "learning_rate_share", lambda share: 0.0)
+    settings = {**SETTINGS, "weight_decay": 0.0, "epochs": 1}
+    train(settings, tmp_path)
+    history, edges_um = slurry()
+    position_um, spread_um = answer(tmp_path / "model.keras", history, edges_um)
+    np.testing.assert_allclose(position_um, history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, atol=1e-6)
+    np.testing.assert_allclose(spread_um, np.exp(-2.5 / 2), rtol=1e-5)
+
+
+def test_training_learns(tmp_path):
+    settings = {**SETTINGS, "members": 1, "epochs": 60}
+    train(settings, tmp_path)
+    loss = [float(line.split(",")[1]) for line in (tmp_path / "history.csv").read_text().splitlines()[1:]]
+    assert len(loss) == 60
+    assert loss[-1] < 0.5 * loss[0]
+
+
+@pytest.mark.parametrize("member", [1, 2])
+def test_killed_training_ends_like_an_undisturbed_one(model, tmp_path, monkeypatch, capsys, member):
+    shares = []
+
+    def dies(share):
+        shares.append(share)
+        if len(shares) == 6 * (member - 1) + 5:  # in the last of three epochs of two slurries
+            raise KeyboardInterrupt
+        return learning_rate_share(share)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(training, "learning_rate_share", dies)
+        train(SETTINGS, tmp_path)
+    capsys.readouterr()
+    spent = train(SETTINGS, tmp_path)
+    assert f"[neighbours {member}] resuming after epoch 2" in capsys.readouterr().out
+    assert (tmp_path / "history.csv").read_text() == (model.parent / "history.csv").read_text()
+    for one, other in zip(answer(tmp_path / "model.keras", *slurry()), answer(model, *slurry()), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert spent["cpu_s"] > 0
+
+
+def test_learning_rate_rises_and_falls():
+    shares = np.linspace(0, 1, 101)
+    rates = [learning_rate_share(share) for share in shares]
+    assert rates[0] == 0
+    assert max(rates) == pytest.approx(1) and rates.index(max(rates)) == 15
+    assert rates[-1] == pytest.approx(0)
+
+
+def test_shapes_are_few_and_fit_all():
+    assert shapes([(90, 900), (90, 900)]) == [(90, 900)]
+    assert shapes([(40, 400), (60, 601), (90, 900)]) == [(40, 400), (90, 900)]  # 601 pairs are one too many
+    sizes = [(n, 25 * n + n // 7) for n in (343, 600, 601, 1205, 1560, 1800, 2400)]
+    known = shapes(sizes)
+    assert known[-1] == sizes[-1] and len(known) == 4
+    for n, m in sizes:
+        fitting = next(shape for shape in known if n <= shape[0] and m <= shape[1])
+        assert fitting[0] < 1.6 * n
+
+
+@pytest.mark.parametrize("shape", [(60, 4000), (71, 4000), (90, 3000)])
+def test_slurry_filled_up_gets_the_same_answer(shape):
+    """What is added says nothing to the others, and stays finite itself."""
+    plain = make_example(trajectory("T1", 1), [8, 9, 10], SETTINGS)
+    assert plain.size[0] == 60 and plain.size[1] < 3000
+    more = filled(plain, [(60, plain.size[1] - 1), shape], SETTINGS["cutoff_um"])
+    assert more.size == shape
+    network = random_network()
+    expected, actual = (network(tensors(example.graph)) for example in (plain, more))
+    for one, other in zip(expected, actual, strict=True):
+        np.testing.assert_allclose(other[:60], one, atol=1e-6)
+        assert np.isfinite(other).all()
+    np.testing.assert_array_equal(more.moved_um[:, :60], plain.moved_um)
+    assert not more.moved_um[:, 60:].any()
+
+
+def test_step_on_a_slurry_filled_up_is_the_same_step():
+    import keras
+    import tensorflow as tf
+
+    plain = make_example(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "intermediate_targets": []})
+    assert plain.moved_um.shape == (1, 60, 3)
+    more = filled(plain, [(77, 4000)], SETTINGS["cutoff_um"])
+    keras.utils.set_random_seed(3)
+    learner = Learner(SHAPE, 1, SETTINGS)
+    start = [variable.numpy() for variable in (*learner.network.weights, *learner.optimizer.variables)]
+    ends = []
+    for example in (plain, more):
+        for variable, value in zip((*learner.network.weights, *learner.optimizer.variables), start, strict=True):
+            variable.assign(value)
+        learner.optimizer.learning_rate.assign(0.05)
+        arguments = tf.constant(60), tf.constant(example.moved_um), *tensors(example.graph)
+        losses = [[float(loss) for loss in learner.step(*arguments)] for _ in range(3)]
+        ends.append((losses, [weights.numpy() for weights in learner.network.weights]))
+    np.testing.assert_allclose(ends[0][0], ends[1][0], rtol=1e-4)
+    assert ends[0][0][2][0] < ends[0][0][0][0]
+    for one, other, before in zip(ends[0][1], ends[1][1], start[: len(ends[0][1])], strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-3)
+        assert not np.array_equal(one, before)
+
+
+def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
+    learner = Learner(SHAPE, 1, SETTINGS)
+    matrices = [variable for variable in learner.network.trainable_variables if len(variable.shape) == 2]
+    by_adam = {v.path.split("/")[-2] for v in matrices if learner.optimizer._should_use_adamw(v)}
+    assert by_adam == set(LEARN_BY_ADAM)
+    assert len(matrices) == 4 + 2 * 10  # these, and ten in each layer
+
+
+def test_without_validation_slurries_their_columns_are_empty(tmp_path):
+    train({**SETTINGS, "members": 1, "epochs": 1}, tmp_path, validation=())
+    header, row = (tmp_path / "history.csv").read_text().splitlines()
+    assert header == "epoch,loss,mae,val_loss,val_mae"
+    assert row.endswith(",,") and row.count(",") == 4
+
+
+def test_validation_slurries_change_nothing_but_their_losses(tmp_path):
+    for name, validation in (("with", ("V1",)), ("without", ())):
+        train({**SETTINGS, "members": 1}, tmp_path / name, validation)
+    one, other = (answer(tmp_path / name / "model.keras", *slurry())[0] for name in ("with", "without"))
+    np.testing.assert_array_equal(one, other)

@@ -1,0 +1,72 @@
+"""Labels of surrogates: what they stand for, and which ones belong together."""
+
+import pytest
+
+from slurrycast import surrogates
+from slurrycast.runtime.files import InputError
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "settings", "last_frame"),
+    [
+        ("affine", "affine", {}, None),
+        ("affine_f02", "affine", {}, 2),
+        ("affine_f110", "affine", {}, 110),
+        ("vgg16", "vgg16", {}, None),
+        ("vgg16_relative", "vgg16", {"coordinates": "relative"}, None),
+        ("vgg16_box", "vgg16_box", {}, None),
+        ("vgg16_box_xu", "vgg16_box", {"change": "xu"}, None),
+        ("vgg16_box_absolute", "vgg16_box", {"change": "absolute"}, None),
+        ("vgg16_box_nobox", "vgg16_box", {"change": "nobox"}, None),
+        ("early_dem_x10", "early_dem", {"faster": "10"}, None),
+        ("early_dem_x10_f04", "early_dem", {"faster": "10"}, 4),
+    ],
+)
+def test_labels_are_taken_apart(text, name, settings, last_frame):
+    assert surrogates.parse(text) == surrogates.Label(text, name, settings, last_frame)
+
+
+@pytest.mark.parametrize("text", ["", "Affine", "affine_", "affine_f2", "affine_x2", "early_dem", "vgg16_b"])
+def test_other_labels_are_refused(text):
+    with pytest.raises(InputError, match=f"surrogate: '{text}' is not known"):
+        surrogates.parse(text)
+
+
+def test_input_frames_of_a_label():
+    assert surrogates.parse("affine").input_frames([7, 8, 9, 10]) == [7, 8, 9, 10]
+    assert surrogates.parse("affine_f09").input_frames([7, 8, 9, 10]) == [6, 7, 8, 9]
+    assert surrogates.parse("affine_f01").input_frames([7, 8, 9, 10]) == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"), [("affine", "affine"), ("early_dem_x10_f02", "early_dem_x10"), ("vgg16_box_xu", "vgg16_box_xu")]
+)
+def test_label_without_its_frame(text, plain):
+    assert surrogates.parse(text).without_frame == plain
+
+
+@pytest.mark.parametrize(
+    ("label", "family"),
+    [
+        ("vgg16", "vgg16"),
+        ("vgg16_f02", "vgg16"),
+        ("vgg16_box_absolute_f02", "vgg16_box"),
+        ("early_dem_x10", "early_dem"),
+        ("net_f04", "net"),
+        ("network", "network"),
+    ],
+)
+def test_family_of_a_label(label, family):
+    assert surrogates.family(label) == family
+
+
+def test_main_labels_leave_out_variants_and_earlier_frames():
+    labels = ["affine", "affine_f02", "vgg16_box", "vgg16_box_absolute", "early_dem_x2", "early_dem_x2_f02", "net"]
+    assert surrogates.main_labels(labels) == ["affine", "vgg16_box", "early_dem_x2", "net"]
+
+
+@pytest.mark.parametrize(
+    ("text", "continues"), [("early_dem_x2_f02", True), ("driven_dem", True), ("affine", False), ("network", False)]
+)
+def test_labels_that_continue_the_dem(text, continues):
+    assert surrogates.continues_dem(text) is continues

@@ -1,0 +1,44 @@
+"""The new surrogate of docs/surrogates.md, added as the document says and run beside another one."""
+
+import re
+import textwrap
+
+import pytest
+import yaml
+
+from checkouts import copy_checkout, snakemake
+from configurations import HEADER, ROOT, merged, nested, shipped
+from slurrycast.data.tables import read_table
+
+SLURRIES = HEADER + "T1\ttrain\t1\t1\t1101\n1\ttest\t1\t1\t2101\n"
+
+
+@pytest.mark.slow
+def test_the_documented_surrogate_stands_in_the_tables(tmp_path):
+    project = copy_checkout(tmp_path / "project")
+    document = (ROOT / "docs" / "surrogates.md").read_text(encoding="utf-8")
+    steps = document.partition("## To add one")[2]
+    blocks = re.findall(r"^ +```(\w+)\n(.*?)^ +```$", steps, re.MULTILINE | re.DOTALL)
+    (_, module), (_, name), (_, settings) = ((language, textwrap.dedent(block)) for language, block in blocks)
+    assert [language for language, _ in blocks] == ["python", "python", "yaml"]
+    place, registry = re.findall(r"`(scripts/\S+\.py)`:", steps)
+    (project / place).write_text(module, encoding="utf-8")
+    text = (project / registry).read_text(encoding="utf-8")
+    assert text.count("NAMES = (\n") == 1
+    (project / registry).write_text(text.replace("NAMES = (\n", f"NAMES = (\n    {name}"), encoding="utf-8")
+
+    config = merged(shipped("tiny"), yaml.safe_load(settings))
+    changes = {"run.name": "new", "slurries": "config/new.tsv", "evaluation.surrogates": []}
+    changes |= {"evaluation.replicated": ["1"], "convergence.slurry": "T1"}
+    for path, value in changes.items():
+        config = merged(config, nested(path, value))
+    (project / "config" / "new.tsv").write_text(SLURRIES, encoding="utf-8")
+    (project / "config" / "new.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    snakemake(project, "tables", "--configfile", "config/new.yaml")
+
+    tables = project / "results" / "new" / "tables"
+    for table in ("coordinate_errors", "rdf_errors", "density_volume", "speedup"):
+        assert {"affine", "drift"} <= set(read_table(tables / f"{table}.csv").surrogate), table
+    errors = read_table(tables / "coordinate_errors.csv")
+    assert errors.notna().all(axis=None)
+    assert len(errors[errors.surrogate == "drift"]) == len(errors[errors.surrogate == "affine"]) > 0
