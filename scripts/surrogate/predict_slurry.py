@@ -1,4 +1,4 @@
-"""Predict the equilibrated microstructure of one slurry from its own input frames and nothing later.
+"""Predict the equilibrated microstructure of one slurry from its input frames and nothing later.
 
 In: the slurry's frame store (HDF5), and what the surrogate needs beside it: a model, the packing fraction that gives
 the final box, or the restart file from which it goes on with the DEM.

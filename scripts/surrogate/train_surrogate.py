@@ -103,12 +103,12 @@ def main() -> None:
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
         data, cost.particles = read_data(surrogate, args, settings)
-        model, history = work.path / args.model.name, work.path / args.history.name
+        model, history = work.path / "model.keras", work.path / "history.csv"
         if work.finished("training"):
             print(f"[{args.surrogate}] trained by an earlier attempt")
             earlier = work.cost("training")
         else:
-            earlier = surrogate.train(data, settings, model, history, work.path)
+            earlier = surrogate.train(data, settings, work.path)
             spent = {clock: earlier[clock] + seconds for clock, seconds in spent_so_far().items()}
             work.record("training", [model.name, history.name], spent)
             for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold

@@ -1,35 +1,28 @@
 """The DEM continued while its box is driven: it ends in the box asked for, keeps its contacts, particles collide."""
 
-import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from slurrycast.data.frames import Frame, read_frames
-from slurrycast.dem import lammps_run
+from slurrycast.data.frames import read_frames
 from slurrycast.dem.lammps_log import read_log
-from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime.files import RunError
 from slurrycast.surrogates.driven_dem import DrivenDem
-from slurrycast.surrogates.prediction import Continuation, PredictionInput
+from slurrycast.surrogates.prediction import PredictionInput
 
 FIRST, TARGET = 10, 120
 
 
 @pytest.fixture
-def prediction_input(slurry, tmp_path):
+def prediction_input(slurry, continuation_input):
     """An input that ends at frame 10, with the final box given by edges, or that of the target frame."""
 
     def build(edges_um=None):
-        work = tmp_path / "work folder"
-        work.mkdir(exist_ok=True)
-        inputs = json.loads((slurry / "inputs.json").read_text())
-        restart = slurry / f"frame_{FIRST}.restart"
-        continuation = Continuation(restart, slurry / "coefficients.lmp", inputs, Launcher("lmp", "mpiexec", 1), work)
-        with read_frames(slurry / "frames.h5") as store:
-            frames = tuple(store.frame(k) for k in range(FIRST - 3, FIRST + 1))
-            final_edges_um = store.frame(TARGET).edges_um if edges_um is None else edges_um
-            return PredictionInput("A", store.particles, frames, final_edges_um, continuation)
+        if edges_um is None:
+            with read_frames(slurry / "frames.h5") as store:
+                edges_um = store.frame(TARGET).edges_um
+        return continuation_input(FIRST, edges_um)
 
     return build
 
@@ -84,14 +77,10 @@ def test_a_box_of_another_shape_is_reached_too(prediction_input):
     np.testing.assert_allclose(thermo[-1, -3:], edges_um, rtol=1e-9)
 
 
-def test_lost_contact_history_is_an_error(prediction_input, monkeypatch, tmp_path):
-    """A script that repeats pair_style, as one would from LAMMPS' examples."""
-    script = (lammps_run.SCRIPTS / "drive.lmp").read_text()
-    repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
-    (tmp_path / "drive.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
+def test_lost_contact_history_is_an_error(prediction_input, lose_contact_history):
     asked = prediction_input()
     DrivenDem().predict(asked, None, {"steps": 10})
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
+    lose_contact_history("drive.lmp")
     with pytest.raises(RunError, match="dropped a part of the restart file"):
         DrivenDem().predict(asked, None, {"steps": 10})
 
@@ -120,9 +109,8 @@ def test_another_box_than_asked_for_is_an_error(prediction_input, monkeypatch):
 
 def test_needs_no_frame_but_the_last(prediction_input):
     asked = prediction_input()
-    only: tuple[Frame, ...] = asked.frames[-1:]
-    one = DrivenDem().predict(asked, None, {"steps": 50}).position_um
-    other = DrivenDem().predict(
-        PredictionInput("A", asked.particles, only, asked.final_edges_um, asked.continuation), None, {"steps": 50}
+    every, last = (
+        DrivenDem().predict(replace(asked, frames=frames), None, {"steps": 50}).position_um
+        for frames in (asked.frames, asked.frames[-1:])
     )
-    np.testing.assert_array_equal(one, other.position_um)
+    np.testing.assert_array_equal(every, last)

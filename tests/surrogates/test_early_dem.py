@@ -1,36 +1,15 @@
 """The DEM continued with a faster barostat: it comes to rest, keeps its contacts, and says so if it does not."""
 
-import json
-
 import numpy as np
 import pytest
 
 from slurrycast.analysis.errors import coordinate_errors
-from slurrycast.data.frames import read_frames
 from slurrycast.dem.lammps_log import read_log
-from slurrycast.dem.lammps_run import Launcher, continue_dem
 from slurrycast.runtime.files import RunError
 from slurrycast.surrogates.early_dem import EarlyDem
-from slurrycast.surrogates.prediction import Continuation, PredictionInput
+from slurrycast.surrogates.prediction import PredictionInput
 
 SETTINGS = {"flat_within": 0.002, "flat_steps": 2000, "pressure_within": 0.1, "max_steps": 40000, "faster": "10"}
-
-
-@pytest.fixture
-def prediction_input(slurry, tmp_path):
-    """An input that ends at the frame given."""
-
-    def build(frame):
-        work = tmp_path / "work folder"
-        work.mkdir()
-        inputs = json.loads((slurry / "inputs.json").read_text())
-        restart = slurry / f"frame_{frame}.restart"
-        continuation = Continuation(restart, slurry / "coefficients.lmp", inputs, Launcher("lmp", "mpiexec", 1), work)
-        with read_frames(slurry / "frames.h5") as store:
-            frames = tuple(store.frame(k) for k in range(frame + 1))
-            return PredictionInput("A", store.particles, frames, None, continuation)
-
-    return build
 
 
 def steps_used(inputs: PredictionInput) -> int:
@@ -39,8 +18,8 @@ def steps_used(inputs: PredictionInput) -> int:
 
 
 @pytest.mark.parametrize("frame", [1, 10])
-def test_comes_to_rest_at_the_density_of_the_recipe(prediction_input, frame):
-    asked = prediction_input(frame)
+def test_comes_to_rest_at_the_density_of_the_recipe(continuation_input, frame):
+    asked = continuation_input(frame)
     prediction = EarlyDem().predict(asked, None, SETTINGS)
     density_g_cm3 = asked.particles.mass_pg.sum() / np.prod(prediction.edges_um)
     assert density_g_cm3 == pytest.approx(2.24, rel=0.03)
@@ -54,9 +33,9 @@ def test_comes_to_rest_at_the_density_of_the_recipe(prediction_input, frame):
     assert coordinate_errors(asked.last.position_um / asked.last.edges_um, scaled)["all"].r2 > 0.8
 
 
-def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(prediction_input):
+def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(continuation_input):
     """In steps so short the density of a run that has just begun changes by less than the bound."""
-    asked = prediction_input(1)
+    asked = continuation_input(1)
     settings = SETTINGS | {"flat_steps": 1, "max_steps": 3, "flat_within": 0.05}
     with pytest.raises(RunError, match=r"^A: not at rest after surrogate.early_dem.max_steps \(3\) more steps: .*kPa"):
         EarlyDem().predict(asked, None, settings)
@@ -65,15 +44,15 @@ def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(prediction_input):
     assert steps_used(asked) == 3
 
 
-def test_max_steps_end_a_run_that_is_not_flat(prediction_input):
-    asked = prediction_input(10)
+def test_max_steps_end_a_run_that_is_not_flat(continuation_input):
+    asked = continuation_input(10)
     with pytest.raises(RunError, match=r"max_steps \(400\).*density \+.* over the last 200"):
         EarlyDem().predict(asked, None, SETTINGS | {"flat_steps": 200, "max_steps": 500, "flat_within": 1e-9})
     assert steps_used(asked) == 400
 
 
-def test_contact_history_goes_on(prediction_input):
-    asked = prediction_input(60)
+def test_contact_history_goes_on(continuation_input):
+    asked = continuation_input(60)
     EarlyDem().predict(asked, None, SETTINGS)
     log = (asked.continuation.work / "continue.log").read_text()
     assert "Resetting global fix info from restart file" in log
@@ -81,25 +60,10 @@ def test_contact_history_goes_on(prediction_input):
     assert "Unused restart file" not in log
 
 
-def test_lost_part_of_the_restart_file_is_an_error(prediction_input, monkeypatch, tmp_path):
-    """A script that repeats pair_style, as one would from LAMMPS' examples."""
-    from slurrycast.dem import lammps_run
-
-    script = (lammps_run.SCRIPTS / "continue.lmp").read_text()
-    repeated = "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
-    (tmp_path / "continue.lmp").write_text(script.replace("include ", f"{repeated}include ", 1))
-    monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
-    asked = prediction_input(60).continuation
-    places = asked.restart, asked.coefficients, asked.work
-    variables = {
-        "round_steps": 1,
-        "max_rounds": 1,
-        "flat_within": 0,
-        "pressure_within": 0,
-        "thermo_every_steps": 1,
-    }
+def test_lost_contact_history_is_an_error(continuation_input, lose_contact_history):
+    lose_contact_history("continue.lmp")
     with pytest.raises(RunError, match="dropped a part of the restart file"):
-        continue_dem("continue.lmp", asked.launcher, asked.inputs, *places, variables)
+        EarlyDem().predict(continuation_input(60), None, SETTINGS | {"flat_steps": 1, "max_steps": 1})
 
 
 @pytest.mark.parametrize(("text", "faster"), [("x2", "2"), ("x32", "32"), ("x0", None), ("x", None), ("10", None)])

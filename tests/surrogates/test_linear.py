@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from slurrycast.data.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.linear import Linear
 from slurrycast.surrogates.prediction import PredictionInput
+from training_sets import one_slurry
 
 N = 60
-NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
 COEFFICIENTS = np.array([0.5, -0.25, -1.0, 1.5])
 
 
@@ -35,13 +35,8 @@ def data() -> TrainingSet:
     """Targets that are a linear combination of the coordinates; other features that say nothing."""
     features = np.random.default_rng(2).normal(0, 10, (N, 4, 6))
     targets = np.einsum("nfa,f->na", features[..., 2:5], COEFFICIENTS)
-    held = split(N, 0.25, seed=1)
-    edges_um = np.full((1, 4, 3), 20.0)
-    index = np.zeros(N, dtype=int)
-    frames = (7, 8, 9, 10)
-    return TrainingSet(
-        features, targets, index, ("T1",), np.arange(N), held, NAMES, frames, 120, edges_um, edges_um[:, -1]
-    )
+    edges_um = np.full((4, 3), 20.0)
+    return one_slurry(features, targets, edges_um, edges_um[-1], share=0.25)
 
 
 def test_exact_coefficients_are_recovered(data, tmp_path):

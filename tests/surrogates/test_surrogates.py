@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from slurrycast import surrogates
-from slurrycast.data.dataset import TrainingSet, split, write_training_set
+from slurrycast.data.dataset import write_training_set
 from slurrycast.dem.lammps_run import SCRIPTS
 from slurrycast.runtime.files import InputError, checksum
 from slurrycast.surrogates import base
 from slurrycast.surrogates.base import LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED, Surrogate
+from training_sets import one_slurry
 
 
 @pytest.mark.parametrize("name", surrogates.NAMES)
@@ -73,21 +74,7 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     n = 30
     rng = np.random.default_rng(0)
     features = rng.normal(size=(n, 2, 6))
-    names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
-    index = np.zeros(n, dtype=int)
-    data = TrainingSet(
-        features,
-        features[:, -1, 2:5],
-        index,
-        ("T1",),
-        np.arange(n),
-        split(n, 0.2, 1),
-        names,
-        (7, 8),
-        20,
-        input_edges_um=np.ones((1, 2, 3)),
-        target_edges_um=np.ones((1, 3)),
-    )
+    data = one_slurry(features, features[:, -1, 2:5], np.ones((2, 3)), np.ones(3))
     write_training_set(tmp_path / "training.h5", data, seed=1)
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)

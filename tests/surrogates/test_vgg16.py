@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slurrycast.data.dataset import TrainingSet, split
+from slurrycast.data.dataset import split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.prediction import PredictionInput
+from training_sets import one_slurry
 
 # Table 2 of the article, (length, channels) behind each layer and its parameters.
 TABLE_2 = [
@@ -75,23 +76,8 @@ def samples(n, n_frames=4, seed=0):
 
 def training_set(n=80):
     features, targets = samples(n)
-    index = np.zeros(n, dtype=int)
-    names = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
-    held = split(n, 0.2, seed=1)
-    edges_um = 20 * np.linspace(1, 0.95, 4)[None, :, None] * np.ones(3)
-    return TrainingSet(
-        features,
-        targets,
-        index,
-        ("T1",),
-        np.arange(n),
-        held,
-        names,
-        (7, 8, 9, 10),
-        120,
-        edges_um,
-        0.7 * edges_um[:, -1],
-    )
+    edges_um = 20 * np.linspace(1, 0.95, 4)[:, None] * np.ones(3)
+    return one_slurry(features, targets, edges_um, 0.7 * edges_um[-1])
 
 
 def test_layers_are_those_of_table_2(full):
@@ -197,9 +183,7 @@ def test_outer_taps_stay_where_the_length_is_one(small):
 def fit(folder, **changes):
     folder.mkdir(exist_ok=True)
     settings = SETTINGS | changes
-    spent = vgg16.Vgg16().train(
-        training_set(), settings, folder / "model.keras", folder / "history.csv", folder / "work"
-    )
+    spent = vgg16.Vgg16().train(training_set(), settings, folder)
     return (folder / "history.csv").read_text(), vgg16.apply_model(folder / "model.keras", samples(20)[0]), spent
 
 
@@ -258,7 +242,7 @@ def test_a_foreign_checkpoint_is_ignored(small, tmp_path, monkeypatch, capsys, k
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         killed_in_epoch(patch, 3)
         fit(tmp_path / "killed", batch_size=8 if kind == "other settings" else 16)
-    checkpoint = tmp_path / "killed" / "work" / "checkpoint.h5"
+    checkpoint = tmp_path / "killed" / "checkpoint.h5"
     content = bytearray(checkpoint.read_bytes())
     if kind == "truncated":
         checkpoint.write_bytes(content[:1000])
@@ -352,10 +336,9 @@ def test_relative_training_is_in_um_too(small, tmp_path):
     edges_um = np.full((1, 4, 3), vgg16.RELATIVE_EDGE_UM)
     losses = []
     for number, settings in enumerate((SETTINGS, SETTINGS | {"coordinates": "relative"})):
-        paths = [tmp_path / f"{name}{number}" for name in ("model.keras", "history.csv", "work")]
-        paths[0] = tmp_path / f"model{number}.keras"
-        vgg16.Vgg16().train(replace(data, input_edges_um=edges_um), settings, *paths)
-        losses.append(paths[1].read_text())
+        folder = tmp_path / str(number)
+        vgg16.Vgg16().train(replace(data, input_edges_um=edges_um), settings, folder)
+        losses.append((folder / "history.csv").read_text())
     assert losses[0] == losses[1]
 
 
@@ -384,10 +367,13 @@ def test_standardised_samples_have_mean_0_and_deviation_1(unlike):
 
 def test_the_written_model_standardises_by_itself(small, unlike, tmp_path):
     """History, in um2 and um, against the errors of what the file predicts from samples as they are."""
-    places = (tmp_path / "model.keras", tmp_path / "history.csv", tmp_path / "work")
-    vgg16.train("any", unlike, True, SETTINGS | {"epochs": 1}, *places)
-    _, _, _, val_loss, val_mae = (float(word) for word in places[1].read_text().splitlines()[1].split(","))
-    error_um = 5.0 * (vgg16.apply_model(places[0], unlike.features) - unlike.targets)[unlike.is_validation]
+    vgg16.train("any", unlike, True, SETTINGS | {"epochs": 1}, tmp_path)
+    _, _, _, val_loss, val_mae = (
+        float(word) for word in (tmp_path / "history.csv").read_text().splitlines()[1].split(",")
+    )
+    error_um = (
+        5.0 * (vgg16.apply_model(tmp_path / "model.keras", unlike.features) - unlike.targets)[unlike.is_validation]
+    )
     assert val_loss == pytest.approx(np.mean(error_um**2), rel=1e-3)
     assert val_mae == pytest.approx(np.mean(abs(error_um)), rel=1e-3)
 

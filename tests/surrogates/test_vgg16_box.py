@@ -167,10 +167,9 @@ def small(monkeypatch):
 
 
 def fit(folder, change, **changes):
-    places = (folder / "model.keras", folder / "history.csv", folder / "work")
-    Vgg16Box().train(training_set(), SETTINGS | {"change": change} | changes, *places)
-    rows = [[float(word) for word in row.split(",")] for row in places[1].read_text().splitlines()[1:]]
-    return places[0], np.array(rows)
+    Vgg16Box().train(training_set(), SETTINGS | {"change": change} | changes, folder)
+    rows = [[float(word) for word in row.split(",")] for row in (folder / "history.csv").read_text().splitlines()[1:]]
+    return folder / "model.keras", np.array(rows)
 
 
 @pytest.mark.parametrize("change", CHANGES)

@@ -142,14 +142,7 @@ class Surrogate:
         """Fit to a `dataset.TrainingSet`, write the model (JSON) and return its content."""
         raise NotImplementedError
 
-    def train(
-        self,
-        data: Any,
-        settings: Mapping,
-        model_path: str | Path,
-        history_path: str | Path,
-        work_directory: str | Path,
-    ) -> dict[str, float]:
+    def train(self, data: Any, settings: Mapping, folder: Path) -> dict[str, float]:
         """Train on `data`, and write the model and its learning curves.
 
         Parameters
@@ -159,10 +152,9 @@ class Surrogate:
             and the validation slurries.
         settings
             See the class.
-        model_path, history_path
-            Keras model, and CSV with the columns epoch, loss, mae, val_loss and val_mae.
-        work_directory
-            Folder for checkpoints, from which a training that was killed continues.
+        folder
+            Gets model.keras, and history.csv with the columns epoch, loss, mae, val_loss and val_mae. It keeps
+            checkpoint*.h5, from which a training that was killed continues.
 
         Returns
         -------

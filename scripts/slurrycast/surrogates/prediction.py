@@ -13,10 +13,18 @@ from slurrycast.dem.lammps_run import Launcher, continue_dem
 
 @dataclass(frozen=True)
 class Continuation:
-    """How to go on with the DEM from the last input frame.
+    """How to continue the DEM from the last input frame.
 
-    `restart` and `coefficients` are files of the slurry's run, `inputs` is the content of its inputs.json; `work` is an
-    empty folder.
+    Attributes
+    ----------
+    restart, coefficients
+        Restart file and pair coefficients of the slurry.
+    inputs
+        Content of its inputs.json.
+    launcher
+        How LAMMPS is started.
+    work
+        Empty folder.
     """
 
     restart: Path
@@ -26,17 +34,25 @@ class Continuation:
     work: Path
 
     def run(self, script: str, variables: Mapping[str, object], progress: Callable[[int, float], None]) -> Log:
-        """Go on by `script` of scripts/lammps with its own `variables`; its log. RunError as of `continue_dem`."""
+        """Continue by a script of scripts/lammps with its `variables`; its log. RunError as from `continue_dem`."""
         places = self.restart, self.coefficients, self.work
         return continue_dem(script, self.launcher, self.inputs, *places, variables, progress)
 
 
 @dataclass(frozen=True)
 class PredictionInput:
-    """All that a surrogate may look at: the input frames of one slurry, in their order, and nothing later.
+    """All that a surrogate may look at: the input frames of one slurry and nothing later.
 
-    `final_edges_um` (3,) is given where the rule for the final box needs no prediction, `continuation` where the
-    surrogate goes on with the DEM.
+    Attributes
+    ----------
+    slurry
+        Its id.
+    particles, frames
+        Its n particles, and the input frames in their order.
+    final_edges_um
+        Edges (3,) of the final box, where its rule needs no prediction.
+    continuation
+        How to continue the DEM, for surrogates that do.
     """
 
     slurry: str
@@ -53,10 +69,16 @@ class PredictionInput:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Unwrapped coordinates (n, 3) about the box centre in um.
+    """What a surrogate answers for n particles.
 
-    `edges_um` (3,) only if the surrogate found the box, `spread_um` (n, 3) only if it says how sure it is: the standard
-    deviation that it expects of each coordinate.
+    Attributes
+    ----------
+    position_um
+        Unwrapped coordinates (n, 3) about the box centre.
+    edges_um
+        Edges (3,) of the final box, if the surrogate simulates it.
+    spread_um
+        Standard deviation (n, 3) that it expects of each coordinate, if it knows.
     """
 
     position_um: np.ndarray

@@ -37,7 +37,7 @@ class Standardisation:
 
     @classmethod
     def fitted(cls, samples: Samples) -> "Standardisation":
-        """Take those of the training samples, over all frames.
+        """Compute them from the training samples, over all frames.
 
         A feature that is always the same is only shifted to 0.
         """

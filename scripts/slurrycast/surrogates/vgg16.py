@@ -211,9 +211,7 @@ def train(
     samples: Samples,
     standardised: bool,
     settings: Mapping,
-    model_path: str | Path,
-    history_path: str | Path,
-    work_directory: str | Path,
+    folder: Path,
 ) -> dict[str, float]:
     """Train with Adamax on the mean squared error, and write the plain Keras model and its learning curves.
 
@@ -232,7 +230,7 @@ def train(
         this by itself.
     settings
         epochs, batch_size, learning_rate, threads, seed.
-    model_path, history_path, work_directory
+    folder
         See `Surrogate.train`.
 
     Returns
@@ -254,7 +252,7 @@ def train(
     standardisation = Standardisation.fitted(samples) if standardised else None
     plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
-    checkpoint = Path(work_directory) / "checkpoint.h5"
+    checkpoint = folder / "checkpoint.h5"
     identity = fingerprint(vars(samples).values(), settings)
     progress = Progress()
     if stored := read_checkpoint(checkpoint, identity, name):
@@ -293,8 +291,8 @@ def train(
     best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
     print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
     trainer.write_back(plain, progress.best)
-    write_history(history_path, progress.history)
-    with moved_into_place(model_path) as part:
+    write_history(folder / "history.csv", progress.history)
+    with moved_into_place(folder / "model.keras") as part:
         plain.save(part)
     return progress.earlier
 
@@ -336,18 +334,11 @@ class Vgg16(Surrogate):
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES))}
 
-    def train(
-        self,
-        data: TrainingSet,
-        settings: Mapping,
-        model_path: str | Path,
-        history_path: str | Path,
-        work_directory: str | Path,
-    ) -> dict[str, float]:
+    def train(self, data: TrainingSet, settings: Mapping, folder: Path) -> dict[str, float]:
         """Train on unwrapped coordinates; see `train`."""
         unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
         samples = Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
-        return train(self.name, samples, False, settings, model_path, history_path, work_directory)
+        return train(self.name, samples, False, settings, folder)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um; see `apply_model`."""

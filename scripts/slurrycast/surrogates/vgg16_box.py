@@ -99,17 +99,10 @@ class Vgg16Box(Surrogate):
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
 
-    def train(
-        self,
-        data: TrainingSet,
-        settings: Mapping,
-        model_path: str | Path,
-        history_path: str | Path,
-        work_directory: str | Path,
-    ) -> dict[str, float]:
+    def train(self, data: TrainingSet, settings: Mapping, folder: Path) -> dict[str, float]:
         """Train as `vgg16.train` does, on standardised samples."""
         learned = samples(data, form(settings))
-        return vgg16.train(self.name, learned, True, settings, model_path, history_path, work_directory)
+        return vgg16.train(self.name, learned, True, settings, folder)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um, in the final box of the input."""

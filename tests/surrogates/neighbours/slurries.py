@@ -78,8 +78,7 @@ def trajectory(name: str, seed: int) -> Trajectory:
 
 def train(settings: dict, folder: Path, validation=("V1",)) -> dict[str, float]:
     slurries = [trajectory(name, seed) for seed, name in enumerate(("T1", "T2"), start=1)]
-    places = folder / "model.keras", folder / "history.csv", folder / "work"
-    return Neighbours().train((slurries, [trajectory(name, 3) for name in validation]), settings, *places)
+    return Neighbours().train((slurries, [trajectory(name, 3) for name in validation]), settings, folder)
 
 
 def prediction_input(

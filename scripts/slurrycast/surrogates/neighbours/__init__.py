@@ -71,20 +71,15 @@ class Neighbours(Surrogate):
         return windows(input_frames, settings["earlier_frames"])[0][-1]
 
     def train(
-        self,
-        data: tuple[Sequence[Trajectory], Sequence[Trajectory]],
-        settings: Mapping,
-        model_path: str | Path,
-        history_path: str | Path,
-        work_directory: str | Path,
+        self, data: tuple[Sequence[Trajectory], Sequence[Trajectory]], settings: Mapping, folder: Path
     ) -> dict[str, float]:
         """Train the members; see `training.train`."""
-        return train(*data, settings, model_path, history_path, work_directory)
+        return train(*data, settings, folder)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Final unwrapped coordinates in um, in the final box of the input, and their spread (n, 3).
 
-        Neighbours are those within the cutoff that the model was trained with, whatever `settings` say. InputError if
+        The cutoff is the one that the model was trained with, whatever `settings` say. InputError if
         the file is no model of this kind or does not fit the input.
         """
         ensemble = read_ensemble(model_path, inputs)

@@ -1,11 +1,11 @@
-"""The network of the surrogate `neighbours`: messages between neighbours that move an estimate of the displacement.
+"""The network: messages between neighbours that move an estimate of the displacement.
 
-A particle carries scalars and vectors. What it is told depends on scalars, distances, and its own and its neighbour's
-vectors along the line between them; vectors change by such lines, by vectors of neighbours, and by its own ones, each
-times a scalar. So a slurry that is shifted, turned or mirrored gets the same answer, shifted, turned or mirrored, and
-one whose particles come in another order the same in that order. Every layer moves the estimate, and the next one sees
-distances as they are then, as in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844; vectors as states
-are those of Schütt et al., arXiv:2102.03150.
+A particle carries scalars and vectors. A message depends on scalars, distances, and the vectors of both particles along
+the line between them. Vectors change by such lines and by vectors of the neighbours and of the particle, each times a
+scalar. So a slurry that is shifted, turned or mirrored gets the same answer, shifted, turned or mirrored, and one whose
+particles come in another order the same in that order. Every layer moves the estimate, and the next one sees distances
+as they are then, as in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844; vectors as states are those
+of Schütt et al., arXiv:2102.03150.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,9 +33,9 @@ LOG_VARIANCE = -2.5  # of um2, before training
 
 
 def bounded(vectors):
-    """Vectors (n, 3, vectors) of a root mean square length below 1, nearly as they are where it is far below.
+    """Scale vectors (n, 3, vectors) to a root mean square length below 1; short ones hardly change.
 
-    What a layer makes of them grows with them, so many layers that saw them as they are would pass on infinity.
+    The output of a layer grows with them: without a bound, many layers would pass on infinity.
     """
     length2 = tf.reduce_sum(vectors**2, axis=1, keepdims=True)
     return vectors * tf.math.rsqrt(1.0 + tf.reduce_mean(length2, axis=2, keepdims=True))
@@ -45,13 +45,15 @@ def bounded(vectors):
 class Interaction(layers.Layer):
     """One exchange of messages, and the move that follows from it.
 
-    `share` is that of its way to the final one, by the logarithm of the volume, at which the box is after the move.
+    `share` tells where the box is after the move: the share of its way to the final box, by the logarithm of the
+    volume.
     """
 
     def __init__(self, width: int, n_vectors: int, cutoff_um: float, share: float, **kwargs) -> None:
         super().__init__(**kwargs)
         self.width, self.n_vectors, self.cutoff_um, self.share = width, n_vectors, cutoff_um, share
-        # the first layer of a message, as a sum of what receiver, sender and their places contribute
+        # The first layer of a message is a sum of what receiver, sender and places contribute. Weights are stored
+        # under the names of these attributes.
         self.of_receiver = layers.Dense(width)
         self.of_sender = layers.Dense(width, use_bias=False)
         self.of_places = layers.Dense(width, use_bias=False)
@@ -66,8 +68,8 @@ class Interaction(layers.Layer):
 
     def get_config(self) -> dict:
         """Arguments of the constructor."""
-        own = {name: getattr(self, name) for name in ("width", "n_vectors", "cutoff_um", "share")}
-        return {**super().get_config(), **own}
+        shape = {"width": self.width, "n_vectors": self.n_vectors, "cutoff_um": self.cutoff_um, "share": self.share}
+        return {**super().get_config(), **shape}
 
     def build(self, *_) -> None:
         """Make the weights."""
@@ -89,18 +91,33 @@ class Interaction(layers.Layer):
             layer.build((None, width))
 
     def compute_output_spec(self, state, vectors, moved_um, *_, **__) -> tuple[keras.KerasTensor, ...]:
-        """Shapes as they came in; said here because Keras finds them by tracing, which is most of loading a model."""
+        """Return the shapes of the inputs: to trace them, as Keras would, takes most of the time to load a model."""
         return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved_um))
 
     def call(self, state, vectors, moved_um, radius_um, left, receivers, senders, separation_um, share=None):
-        """State (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) after the exchange; see `build` below.
+        """Exchange messages once, and move the estimate.
 
-        `left` (n,) is the logarithm of the final volume of the box, less that at the last input frame; `share` is that
-        of another layer, if it has the weights of that.
+        Parameters
+        ----------
+        state, vectors, moved_um
+            Scalars (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) before.
+        radius_um
+            (n,).
+        left
+            Logarithm of the final volume of the box less that at the last input frame, (n,).
+        receivers, senders, separation_um
+            The pairs, see `build`.
+        share
+            Share of another layer, whose weights this one has for the call.
+
+        Returns
+        -------
+        tuple
+            State, vectors and estimate after the exchange.
         """
         share = self.share if share is None else share
         known = bounded(vectors)
-        own, theirs = tf.gather(known, receivers), tf.gather(known, senders)
+        at_receiver, at_sender = tf.gather(known, receivers), tf.gather(known, senders)
         apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
         distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
         direction = apart_um / distance_um
@@ -112,8 +129,8 @@ class Interaction(layers.Layer):
             [
                 tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
                 tf.exp(-(((tf.asinh(gap_um / CONTACT_UM) - GAPS) / GAP_WIDTH) ** 2)),
-                tf.reduce_sum(direction[:, :, None] * own, axis=1),
-                tf.reduce_sum(direction[:, :, None] * theirs, axis=1),
+                tf.reduce_sum(direction[:, :, None] * at_receiver, axis=1),
+                tf.reduce_sum(direction[:, :, None] * at_sender, axis=1),
                 distance_um,
                 distance_um - touch_um,  # in the final box, as the distance, by which the basis above is far too coarse
                 tf.nn.relu(-gap_um) / TYPICAL_OVERLAP_UM,
@@ -126,7 +143,7 @@ class Interaction(layers.Layer):
         first_um = tf.sqrt(tf.reduce_sum(separation_um**2, axis=1, keepdims=True))
         message *= 0.5 * (1.0 + tf.cos(np.pi * tf.minimum(first_um / self.cutoff_um, 1.0)))
         push = self.push(message)[:, None, :]
-        pushed = direction[:, :, None] * push[..., : self.n_vectors] + theirs * push[..., self.n_vectors :]
+        pushed = direction[:, :, None] * push[..., : self.n_vectors] + at_sender * push[..., self.n_vectors :]
         sums = tf.concat([message, tf.reshape(pushed, (-1, 3 * self.n_vectors))], axis=1)
         sums = tf.math.unsorted_segment_sum(sums, receivers, tf.shape(state)[0]) / NEIGHBOURS
         vectors += tf.reshape(sums[:, self.width :], (-1, 3, self.n_vectors))
@@ -149,9 +166,9 @@ class Interaction(layers.Layer):
 
 
 def _wired(apply: Callable, exchange: Callable, inputs: Sequence) -> tuple:
-    """Displacement and logarithm of its variance: how the layers of a network follow each other, by their names.
+    """Wire the layers of a network: displacement and logarithm of its variance.
 
-    `apply` calls the one of that name; `exchange` hands state, vectors and estimate (n, 3) through all interactions.
+    `apply` calls a layer by its name; `exchange` hands state, vectors and estimate (n, 3) through all interactions.
     """
     scalars, past, *_ = inputs
     start = apply("state", scalars), apply("vectors", past), keras.ops.zeros_like(past[:, :, 0])
@@ -164,11 +181,26 @@ def build(
 ) -> keras.Model:
     """Make the network with random weights; it begins as the affine map, with no displacement at all.
 
-    It has a layer for each of `shares`, see `Interaction`. Inputs, of n particles and m directed neighbour pairs:
-    scalars (n, `n_scalars`), of which that in LEFT is the logarithm of the final volume of the box, less that at the
-    last input frame; past (n, 3, `n_past`), radius_um (n,), receivers (m,) and senders (m,), separation_um (m, 3) from
-    receiver to sender. Outputs: displacement (n, 3) in um, and the logarithm of its variance per coordinate (n, 1), in
-    um2.
+    Parameters
+    ----------
+    n_scalars, n_past
+        Numbers of scalars and of past displacements of a particle.
+    shares
+        One for each layer, see `Interaction`.
+    width, n_vectors
+        Numbers of scalars and of vectors that a particle carries.
+    cutoff_um
+        Distance at which neighbours come and go.
+    name
+        Name of the model.
+
+    Returns
+    -------
+    keras.Model
+        Inputs, of n particles and m directed pairs: scalars (n, `n_scalars`), of which that in LEFT is the logarithm of
+        the final volume of the box less that at the last input frame; past (n, 3, `n_past`), radius_um (n,), receivers
+        (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement (n, 3) in um, and the
+        logarithm of its variance per coordinate (n, 1), in um2.
     """
     scalars = keras.Input((n_scalars,), name="scalars")
     past = keras.Input((3, n_past), name="past")
@@ -184,14 +216,16 @@ def build(
         "doubt": layers.Dense(width, activation="silu", name="doubt"),
         "log_variance": layers.Dense(1, kernel_initializer="zeros", bias_initializer=first_guess, name="log_variance"),
     }
-    seen = radius_um, scalars[:, LEFT], receivers, senders, separation_um
+    constant = radius_um, scalars[:, LEFT], receivers, senders, separation_um
 
     def exchange(*estimate):
         for number, share in enumerate(shares, start=1):
-            estimate = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")(*estimate, *seen)
+            estimate = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")(
+                *estimate, *constant
+            )
         return estimate
 
-    outputs = _wired(lambda layer, *given: by_name[layer](*given), exchange, inputs)
+    outputs = _wired(lambda layer, *values: by_name[layer](*values), exchange, inputs)
     return keras.Model(inputs, list(outputs), name=name)
 
 
@@ -206,16 +240,17 @@ def signature(network: keras.Model) -> list[tf.TensorSpec]:
 
 
 def by_layer(network: keras.Model, n_stages: int) -> keras.Model:
-    """The same network with the estimates after each of its last layers (`n_stages`, n, 3) in place of the last one."""
+    """Make the same network answer with the estimates after each of its last layers, (`n_stages`, n, 3)."""
     moves = [layer.output[2] for layer in network.layers if isinstance(layer, Interaction)]
     return keras.Model(network.inputs, [keras.ops.stack(moves[-n_stages:]), network.outputs[1]])
 
 
 @keras.saving.register_keras_serializable("slurrycast")
 class Ensemble(layers.Layer):
-    """Members that are one network with weights of their own: that of the first, and the weights of the others.
+    """Networks of one shape: that of the first member, and the weights of the others.
 
-    `shape` is what `build` takes, but for the name. Not one network beside the other: to make one takes a second.
+    `shape` holds the arguments of `build` but for the name. There is one network for all members because it takes a
+    second to make one.
     """
 
     def __init__(self, shape: Mapping, n_members: int, **kwargs) -> None:
@@ -233,7 +268,7 @@ class Ensemble(layers.Layer):
         return [int(np.prod(variable.shape)) for variable in self.network.trainable_variables]
 
     def take(self, members: Sequence[Sequence[np.ndarray]]) -> None:
-        """Take the weights of all members, each as those of a network in their order."""
+        """Take the weights of all members, each in the order of a network."""
         first, *others = members
         for variable, value in zip(self.network.trainable_variables, first, strict=True):
             variable.assign(value)
@@ -246,30 +281,30 @@ class Ensemble(layers.Layer):
         return tf.concat([first[None], self.others], axis=0)
 
     def answer(self, weights, inputs):
-        """What the member with these `weights`, a row of `flat_weights`, answers; see `build`.
+        """Answer of the member with these `weights`, a row of `flat_weights`; see `build`.
 
-        The layers are one program, gone through for each in turn: that of all one after the other takes seconds to
-        trace and to compile.
+        All layers are one program in a loop: a program of one layer after the other takes seconds to trace and to
+        compile.
         """
         scalars, _, radius_um, *pairs = inputs
         parts = iter(tf.split(weights, self._sizes()))
-        own = {
+        layer_weights = {
             layer.name: [tf.reshape(next(parts), variable.shape) for variable in layer.trainable_variables]
             for layer in self.network.layers
         }
 
-        def apply(name, *given):
-            return self.network.get_layer(name).stateless_call(own[name], [], *given)[0]
+        def apply(name, *values):
+            return self.network.get_layer(name).stateless_call(layer_weights[name], [], *values)[0]
 
         shares = tf.constant(self.shape["shares"])
         names = [layer.name for layer in self.network.layers if isinstance(layer, Interaction)]
         one = self.network.get_layer(names[0])
-        of_layers = [tf.stack(values) for values in zip(*(own[name] for name in names), strict=True)]
+        stacked = [tf.stack(values) for values in zip(*(layer_weights[name] for name in names), strict=True)]
 
         def step(k, *estimate):
-            values = [tf.gather(value, k) for value in of_layers]
-            given = (*estimate, radius_um, scalars[:, LEFT], *pairs, shares[k])
-            return k + 1, *one.stateless_call(values, [], *given)[0]
+            values = [tf.gather(value, k) for value in stacked]
+            arguments = (*estimate, radius_um, scalars[:, LEFT], *pairs, shares[k])
+            return k + 1, *one.stateless_call(values, [], *arguments)[0]
 
         def exchange(*estimate):
             return tf.while_loop(lambda k, *_: k < len(names), step, (0, *estimate))[1:]
@@ -277,7 +312,7 @@ class Ensemble(layers.Layer):
         return _wired(apply, exchange, inputs)
 
     def compute_output_spec(self, inputs, **_) -> tuple[keras.KerasTensor, ...]:
-        """Shapes of the answers; said here because Keras finds them by tracing, which takes a second."""
+        """Return the shapes of the answers: to trace them, as Keras would, takes a second."""
         n = inputs[0].shape[0]
         return tuple(keras.KerasTensor((n, self.n_members, last), self.compute_dtype) for last in (3, 1))
 
@@ -288,7 +323,7 @@ class Ensemble(layers.Layer):
 
 
 def joined(shape: Mapping, members: Sequence[Sequence[np.ndarray]]) -> keras.Model:
-    """All members as one model with the inputs of each, from their weights in the order of the network's own."""
+    """Join members of one shape to one model, from the weights of each in the order of a network."""
     ensemble = Ensemble(shape, len(members), name="ensemble")
     ensemble.take(members)
     inputs = [keras.Input(i.shape[1:], dtype=i.dtype, name=i.name) for i in ensemble.network.inputs]

@@ -24,7 +24,7 @@ from slurrycast.surrogates.neighbours.targets import Example, layer_shares, make
 WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
 GRADIENT_NORM = 1.0
 INTERMEDIATE_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
-DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has a head of its own, beside the squared error in um2
+DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has another head, beside the squared error in um2
 SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
 # Weights learn by Muon, which makes every direction of a step equally long and needs fewer steps than Adam; but the
 # layers that take the inputs in or give the variance, and biases and norms, learn by Adam at this share of the rate.
@@ -33,9 +33,9 @@ ADAM_SHARE = 0.3
 
 
 def shapes(sizes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """A few (particles, pairs) of which one is at least as large as each of these `sizes`, from small to large.
+    """Choose a few shapes (particles, pairs), so that each of the `sizes` fits into one; from small to large.
 
-    The largest one, and that divided by powers of `SHAPE_RATIO`, as far as any slurry needs it.
+    They are the largest size and this divided by powers of `SHAPE_RATIO`, as far as any slurry needs them.
     """
     largest, smallest = np.max(sizes, axis=0), np.min(sizes, axis=0)
     n_shapes = 1 + int(np.log((largest / smallest).min()) / np.log(SHAPE_RATIO))
@@ -49,10 +49,10 @@ def _fitting(size: tuple[int, int], known: Sequence[tuple[int, int]]) -> tuple[i
 
 
 def filled(example: Example, known: Sequence[tuple[int, int]], cutoff_um: float) -> Example:
-    """The same with particles and pairs added up to the first of the `known` shapes that it fits in.
+    """Add particles and pairs up to the first of the `known` shapes that the example fits in.
 
-    The pairs that are added join the last particle to itself, from so far that it hears nothing; the particles have no
-    pairs, or only those.
+    The pairs that are added join the last particle to itself, from so far that it hears nothing. Particles
+    that are added have no other pairs.
     """
     n, m = (to - size for to, size in zip(_fitting(example.size, known), example.size, strict=True))
     last = example.size[0] + n - 1
@@ -144,7 +144,7 @@ class Learner:
         number: int,
         examples: Sequence[Sequence[Example]],
         tests: Sequence[Example],
-        work: Path,
+        folder: Path,
         earlier: Mapping[str, float],
     ) -> tuple[list[np.ndarray], Progress]:
         """Train one member, whose seed follows from that of the run, or continue its training.
@@ -157,8 +157,8 @@ class Learner:
             Those of each training slurry, one for each of its windows of input frames.
         tests
             One example of each validation slurry.
-        work
-            Folder of the checkpoints.
+        folder
+            Keeps the checkpoints.
         earlier
             Cost of attempts before this one, as far as the members before know it.
 
@@ -179,7 +179,7 @@ class Learner:
         every = [*itertools.chain(*examples), *tests]
         arrays = [array for example in every for array in example.arrays()]
         identity = fingerprint(arrays, {**settings, "member": number})
-        checkpoint, progress = work / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
+        checkpoint, progress = folder / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
         if stored := read_checkpoint(checkpoint, identity, name):
             state, progress = stored
         self.start(state)
@@ -221,14 +221,12 @@ def train(
     slurries: Sequence[Trajectory],
     validation: Sequence[Trajectory],
     settings: Mapping,
-    model_path: str | Path,
-    history_path: str | Path,
-    work_directory: str | Path,
+    folder: Path,
 ) -> dict[str, float]:
-    """Train the members and write them as one model; the learning curves are the mean of theirs.
+    """Train the members and write them as one model; the learning curves are the mean over the members.
 
     A step takes one slurry: the mean squared error of its displacement, in float32. The expected variance learns
-    beside it, by its likelihood. The weights are those of the last epoch, at which the learning rate has come to
+    beside it, by its likelihood. The weights are of the last epoch, at which the learning rate has come to
     nothing: the validation slurries are looked at, not chosen by. A checkpoint is written after each epoch; one of the
     same settings and data is continued as if there had been no break. The same seed gives the same result on the same
     machine.
@@ -240,7 +238,7 @@ def train(
     settings
         members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames,
         intermediate_targets, input_frames, target_frame, threads, seed.
-    model_path, history_path, work_directory
+    folder
         See `Surrogate.train`.
 
     Returns
@@ -273,11 +271,11 @@ def train(
     learner = Learner(shape, len(first.moved_um), settings)
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        member, progress = learner.member(number, examples, tests, Path(work_directory), earlier)
+        member, progress = learner.member(number, examples, tests, folder, earlier)
         members.append(member)
         histories.append(progress.history)
         earlier = progress.earlier
-    write_history(history_path, np.mean(histories, axis=0))
-    with moved_into_place(model_path) as part:
+    write_history(folder / "history.csv", np.mean(histories, axis=0))
+    with moved_into_place(folder / "model.keras") as part:
         joined(shape, members).save(part)
     return earlier
