@@ -27,50 +27,67 @@ def arrays(path) -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.fixture(scope="module")
-def shrinking(tmp_path_factory):
-    """A model that returns the last input coordinates times 0.8: what a slurry does on average."""
+def last_times(factor: float, n_frames: int, path):
+    """Save a model that returns the last of some input coordinates times a factor; its path."""
     import keras
 
-    inputs = keras.Input((4, 6))
-    last = keras.layers.Cropping1D((3, 0))(inputs)
+    inputs = keras.Input((n_frames, 6))
     dense = keras.layers.Dense(3, use_bias=False)
-    model = keras.Model(inputs, dense(keras.layers.Flatten()(last)))
-    kernel = np.zeros((6, 3))
-    kernel[2:5] = 0.8 * np.eye(3)
+    model = keras.Model(inputs, dense(keras.layers.Flatten()(inputs)))
+    kernel = np.zeros((6 * n_frames, 3))
+    kernel[-4:-1] = factor * np.eye(3)
     dense.set_weights([kernel])
-    path = tmp_path_factory.mktemp("model") / "model.keras"
     model.save(path)
     return path
 
 
+@pytest.fixture(scope="module")
+def shrinking(tmp_path_factory):
+    """A model that does what a slurry does on average."""
+    return last_times(0.8, 4, tmp_path_factory.mktemp("model") / "model.keras")
+
+
 @pytest.fixture
-def predict(command, shrinking, tmp_path):
-    def run(frames, predicted):
-        options = {"surrogate": "vgg16", "settings": "{}", "model": shrinking}
-        options |= {"input_frames": [7, 8, 9, LAST_INPUT], "target_frame": 120}
-        words = command("predict_slurry", **options, frames=frames, predicted=predicted, cost=tmp_path / "cost.json")
+def start(command, slurry, tmp_path):
+    """Start predict_slurry; options are those of a surrogate that needs nothing, at frames 9 and 10."""
+
+    def run(surrogate, **options):
+        defaults = {"settings": "{}", "frames": slurry / "frames.h5", "input_frames": [9, 10], "target_frame": 120}
+        outputs = {"predicted": tmp_path / "predicted.h5", "cost": tmp_path / "cost.json"}
+        words = command("predict_slurry", surrogate=surrogate, **(defaults | outputs | options))
         return subprocess.run(words, capture_output=True, text=True)
 
     return run
 
 
-def test_prediction_and_its_box_follow_from_the_input_frames_alone(predict, slurry, tmp_path):
+@pytest.fixture
+def predict(start, tmp_path):
+    """Predict; the path of the prediction."""
+
+    def run(surrogate, predicted="predicted.h5", **options):
+        done = start(surrogate, predicted=tmp_path / predicted, **options)
+        assert done.returncode == 0, done.stderr
+        return tmp_path / predicted
+
+    return run
+
+
+def test_prediction_and_its_box_follow_from_the_input_frames_alone(predict, shrinking, slurry, tmp_path):
     """A store that ends at the last input frame gives the same file, to the bit, as one of the whole run."""
     with read_frames(slurry / "frames.h5") as store:
         frames = [store.frame(k) for k in range(LAST_INPUT + 1)]
         write_frames(tmp_path / "cut.h5", store.particles, frames, store.attributes)
-    assert predict(slurry / "frames.h5", tmp_path / "whole_predicted.h5").returncode == 0
-    assert predict(tmp_path / "cut.h5", tmp_path / "cut_predicted.h5").returncode == 0
-    whole, cut = (arrays(tmp_path / f"{name}_predicted.h5") for name in ("whole", "cut"))
+    options = {"model": shrinking, "input_frames": [7, 8, 9, LAST_INPUT]}
+    whole = arrays(predict("vgg16", "whole.h5", **options))
+    cut = arrays(predict("vgg16", "cut_predicted.h5", **options, frames=tmp_path / "cut.h5"))
     assert whole.keys() == cut.keys()
     for name, values in whole.items():
         np.testing.assert_array_equal(values, cut[name], err_msg=name)
 
 
-def test_box_and_time_of_the_prediction(predict, slurry, tmp_path):
-    assert predict(slurry / "frames.h5", tmp_path / "predicted.h5").returncode == 0
-    with read_frames(slurry / "frames.h5") as store, read_frames(tmp_path / "predicted.h5") as predicted:
+def test_box_and_time_of_the_prediction(predict, shrinking, slurry):
+    path = predict("vgg16", model=shrinking, input_frames=[7, 8, 9, LAST_INPUT])
+    with read_frames(slurry / "frames.h5") as store, read_frames(path) as predicted:
         assert predicted.attributes["box_scale"] == pytest.approx(0.8, rel=1e-6)
         assert predicted.attributes["box_rule"] == "scale_of_prediction"
         np.testing.assert_allclose(predicted.box(120)[1], 0.8 * store.box(LAST_INPUT)[1], rtol=1e-6)
@@ -79,34 +96,17 @@ def test_box_and_time_of_the_prediction(predict, slurry, tmp_path):
         assert predicted.attributes["physics"] == store.attributes["physics"]
 
 
-@pytest.fixture
-def ask(command, slurry, tmp_path):
-    """Predict by a surrogate that learns nothing; returns the store of the prediction."""
-
-    def run(surrogate, **options):
-        predicted = tmp_path / f"{surrogate}.h5"
-        options = {"settings": "{}", "frames": slurry / "frames.h5", "target_frame": 120} | options
-        words = command("predict_slurry", surrogate=surrogate, **options, predicted=predicted, cost=tmp_path / "c.json")
-        done = subprocess.run(words, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return read_frames(predicted)
-
-    return run
-
-
-def test_persistence_is_the_last_input_frame_in_its_box(ask, slurry):
-    with ask("persistence", input_frames=[9, 10]) as predicted, read_frames(slurry / "frames.h5") as store:
+def test_persistence_is_the_last_input_frame_in_its_box(predict, slurry):
+    with read_frames(predict("persistence")) as predicted, read_frames(slurry / "frames.h5") as store:
         np.testing.assert_array_equal(predicted.position_um(120), store.position_um(10))
         np.testing.assert_array_equal(predicted.box(120)[1], store.box(10)[1])
 
 
-def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(ask, slurry, tmp_path):
+def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(predict, slurry, tmp_path):
     packing = tmp_path / "packing.json"
     packing.write_text('{"mean": 0.66}')
-    with (
-        ask("affine_f02", input_frames=[0, 1, 2], packing=packing) as predicted,
-        read_frames(slurry / "frames.h5") as store,
-    ):
+    path = predict("affine_f02", input_frames=[0, 1, 2], packing=packing)
+    with read_frames(path) as predicted, read_frames(slurry / "frames.h5") as store:
         radius_um = store.particles.radius_um
         assert (4 / 3 * np.pi * radius_um**3).sum() / predicted.volume_um3(120) == pytest.approx(0.66, rel=1e-9)
         np.testing.assert_allclose(predicted.scaled_position(120), store.scaled_position(2), atol=1e-12)
@@ -114,14 +114,13 @@ def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(as
         assert list(predicted.attributes["input_frames"]) == [0, 1, 2]
 
 
-def test_what_a_surrogate_needs_is_asked_for(command, slurry, tmp_path):
-    for surrogate, option in (("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--restart, --inputs")):
-        options = {"surrogate": surrogate, "settings": "{}", "frames": slurry / "frames.h5", "input_frames": [10]}
-        outputs = {"predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
-        words = command("predict_slurry", **options, target_frame=120, **outputs)
-        done = subprocess.run(words, capture_output=True, text=True)
-        assert done.returncode == 2
-        assert f"{surrogate} needs {option}" in done.stderr
+@pytest.mark.parametrize(
+    ("surrogate", "option"), [("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--restart, --inputs")]
+)
+def test_what_a_surrogate_needs_is_asked_for(start, surrogate, option):
+    done = start(surrogate)
+    assert done.returncode == 2
+    assert f"{surrogate} needs {option}" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -132,57 +131,37 @@ def test_what_a_surrogate_needs_is_asked_for(command, slurry, tmp_path):
         ("affine", ": check surrogate.packing_fraction, or without it the densities of the training slurries"),
     ],
 )
-def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(command, slurry, tmp_path, surrogate, advice):
+def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(start, tmp_path, surrogate, advice):
     """All shrink the box at the last frame to 0.1 of its edges or to a packing fraction above 1."""
-    import keras
-
-    options = {"surrogate": surrogate, "settings": "{}", "frames": slurry / "frames.h5", "input_frames": [9, 10]}
     if surrogate == "vgg16":
-        inputs = keras.Input((2, 6))
-        dense = keras.layers.Dense(3, use_bias=False)
-        model = keras.Model(inputs, dense(keras.layers.Flatten()(inputs)))
-        kernel = np.zeros((12, 3))
-        kernel[8:11] = 0.1 * np.eye(3)
-        dense.set_weights([kernel])
-        options["model"] = tmp_path / "model.keras"
-        model.save(options["model"])
+        options = {"model": last_times(0.1, 2, tmp_path / "model.keras")}
     elif surrogate == "linear":
-        options["model"] = tmp_path / "model.json"
+        options = {"model": tmp_path / "model.json"}
         options["model"].write_text(json.dumps({"input_frames": [9, 10], "coefficients": [0, 0.1]}))
     else:
-        options["packing"] = tmp_path / "packing.json"
+        options = {"packing": tmp_path / "packing.json"}
         options["packing"].write_text('{"mean": 1.5}')
-    options |= {"target_frame": 120, "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
-    done = subprocess.run(command("predict_slurry", **options), capture_output=True, text=True)
+    done = start(surrogate, **options)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(f"which cannot hold its particles{advice}")
-    assert not (tmp_path / "p.h5").exists()
+    assert not (tmp_path / "predicted.h5").exists()
 
 
 @pytest.fixture
-def doubtful(slurry, tmp_path, monkeypatch):
-    """Predict by a surrogate that stays where it is and has the spread given (n, 3); the store's path."""
+def doubtful(command, slurry, tmp_path, monkeypatch):
+    """Predict by a surrogate that stays where it is and has this spread (n, 3); the path of the prediction."""
     import predict_slurry
     from slurrycast import surrogates
     from slurrycast.surrogates.prediction import Prediction
 
     def run(spread_um):
-        persistence = surrogates.load("persistence")
-        monkeypatch.setattr(
-            persistence, "predict", lambda inputs, *_: Prediction(inputs.last.position_um, spread_um=spread_um)
-        )
-        words = [
-            "--surrogate",
-            "persistence",
-            "--settings",
-            "{}",
-            "--frames",
-            slurry / "frames.h5",
-            "--input-frames",
-            10,
-        ]
-        words += ["--target-frame", 120, "--predicted", tmp_path / "p.h5", "--cost", tmp_path / "c.json"]
-        monkeypatch.setattr(sys, "argv", ["predict_slurry.py", *map(str, words)])
+        def answer(inputs, *_):
+            return Prediction(inputs.last.position_um, spread_um=spread_um)
+
+        monkeypatch.setattr(surrogates.load("persistence"), "predict", answer)
+        paths = {"frames": slurry / "frames.h5", "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
+        options = {"surrogate": "persistence", "settings": "{}", "input_frames": 10, "target_frame": 120}
+        monkeypatch.setattr(sys, "argv", command("predict_slurry", **options, **paths)[1:])
         predict_slurry.main()
         return tmp_path / "p.h5"
 

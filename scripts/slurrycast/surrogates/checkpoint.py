@@ -1,15 +1,20 @@
-"""Where a training stands, on disk after each epoch, and the learning curves at its end."""
+"""The epochs of a training: where it stands is on disk after each, and the learning curves at its end."""
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slurrycast.runtime.costs import spent_so_far
-from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place, write_text
+from slurrycast.runtime.files import InputError, RunError, check_unchanged, hdf5_moved_into_place, write_text
+
+if TYPE_CHECKING:
+    import tensorflow as tf
 
 
 @dataclass
@@ -27,6 +32,74 @@ def fingerprint(arrays: Iterable[np.ndarray], settings: Mapping) -> str:
     for array in arrays:
         digest.update(np.ascontiguousarray(array))
     return digest.hexdigest()
+
+
+def run_epochs(
+    name: str,
+    settings: Mapping,
+    checkpoint: Path,
+    identity: str,
+    variables: Mapping[str, Sequence["tf.Variable"]],
+    train_epoch: Callable[[int], np.ndarray],
+    *,
+    earlier: Mapping[str, float] | None = None,
+    validated: bool = True,
+    keep_best: bool = False,
+) -> Progress:
+    """Run all epochs, or those after a checkpoint, and write a checkpoint after each.
+
+    Parameters
+    ----------
+    name
+        Name of the surrogate for messages, with the number of the member if there are several.
+    settings
+        epochs, learning_rate.
+    checkpoint, identity
+        File, and the `fingerprint` that it must have.
+    variables
+        "weights" and state of the optimizer, which a checkpoint keeps.
+    train_epoch
+        Trains the epoch of this number, and returns loss, mae, val_loss and val_mae.
+    earlier
+        Cost before this training.
+    validated
+        Whether val_loss and val_mae are numbers.
+    keep_best
+        Whether the weights of the epoch with the lowest val_loss are kept.
+
+    Raises
+    ------
+    RunError
+        If the loss is not finite.
+    """
+    progress = Progress(earlier=dict(earlier or {"wall_s": 0.0, "cpu_s": 0.0}))
+    if stored := read_checkpoint(checkpoint, identity, name):
+        state, progress = stored
+        assign(variables, state)
+    epochs, first, start = settings["epochs"], len(progress.history), time.monotonic()
+    for epoch in range(first + 1, epochs + 1):
+        row = train_epoch(epoch)
+        if not np.isfinite(row[: 4 if validated else 2]).all():
+            raise RunError(
+                f"{name.partition(' ')[0]}: the loss is not finite in epoch {epoch}, "
+                f"learning_rate {settings['learning_rate']} is too large"
+            )
+        if keep_best and row[2] < min((losses[2] for losses in progress.history), default=np.inf):
+            progress.best = [weight.numpy() for weight in variables["weights"]]
+        progress.history.append(row)
+        left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
+        losses = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
+        print(f"[{name}] epoch {epoch}/{epochs} {losses}, {left_s:.0f} s left", flush=True)
+        state = {key: [variable.numpy() for variable in group] for key, group in variables.items()}
+        write_checkpoint(checkpoint, identity, state, progress)
+    return progress
+
+
+def assign(variables: Mapping[str, Sequence["tf.Variable"]], state: Mapping[str, Sequence[np.ndarray]]) -> None:
+    """Give all variables the values of a state."""
+    for key, group in variables.items():
+        for variable, value in zip(group, state[key], strict=True):
+            variable.assign(value)
 
 
 def write_checkpoint(path: Path, identity: str, state: Mapping[str, list[np.ndarray]], progress: Progress) -> None:

@@ -11,7 +11,6 @@ layers are computed and updated in shards, whose arrays make better use of the c
 """
 
 import re
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,10 +19,10 @@ import numpy as np
 
 from slurrycast.data.dataset import TrainingSet
 from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_history
-from slurrycast.runtime.files import InputError, RunError, moved_into_place
+from slurrycast.runtime.files import InputError, moved_into_place
 from slurrycast.surrogates.backend import load_model, make_deterministic
 from slurrycast.surrogates.base import SCALE_OF_PREDICTION, Surrogate
-from slurrycast.surrogates.checkpoint import Progress, fingerprint, read_checkpoint, write_checkpoint, write_history
+from slurrycast.surrogates.checkpoint import fingerprint, run_epochs, write_history
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 from slurrycast.surrogates.samples import Samples, Standardisation
 
@@ -104,9 +103,9 @@ class Trainer:
             for shards in trained_parts(plain, plain.get_weights())
         ]
         self.weights = [weight for shards in self.layers for shard in shards for weight in shard]
-        self.momentum = [tf.Variable(tf.zeros_like(weight)) for weight in self.weights]
-        self.norm = [tf.Variable(tf.zeros_like(weight)) for weight in self.weights]
-        self.steps = tf.Variable(0, dtype=tf.int64)
+        momentum, norm = ([tf.Variable(tf.zeros_like(weight)) for weight in self.weights] for _ in range(2))
+        steps = tf.Variable(0, dtype=tf.int64)
+        self.variables = {"weights": self.weights, "momentum": momentum, "norm": norm, "steps": [steps]}
 
         features = tf.TensorSpec((None, *plain.input_shape[1:]))
         targets = tf.TensorSpec((None, 3))
@@ -122,9 +121,9 @@ class Trainer:
                 error = (self._forward(features) - targets) * unit_um
                 loss = tf.reduce_mean(tf.square(error))
             gradients = tape.gradient(loss, self.weights)
-            self.steps.assign_add(1)
-            beta_1_power = tf.pow(BETA_1, tf.cast(self.steps, tf.float32))
-            for weight, m, u, gradient in zip(self.weights, self.momentum, self.norm, gradients, strict=True):
+            steps.assign_add(1)
+            beta_1_power = tf.pow(BETA_1, tf.cast(steps, tf.float32))
+            for weight, m, u, gradient in zip(self.weights, momentum, norm, gradients, strict=True):
                 tf.raw_ops.ResourceApplyAdaMax(
                     var=weight.handle,
                     m=m.handle,
@@ -161,19 +160,6 @@ class Trainer:
         for _ in ("dense1", "dense2"):
             x = tf.nn.relu(apply(next(layers)))
         return apply(next(layers))
-
-    def state(self) -> dict[str, list[np.ndarray]]:
-        """Weights and Adamax state, for a checkpoint."""
-        return {name: [variable.numpy() for variable in variables] for name, variables in self._variables().items()}
-
-    def set_state(self, state: Mapping[str, list[np.ndarray]]) -> None:
-        """Go back to a `state`."""
-        for name, variables in self._variables().items():
-            for variable, value in zip(variables, state[name], strict=True):
-                variable.assign(value)
-
-    def _variables(self) -> dict[str, list]:
-        return {"weights": self.weights, "momentum": self.momentum, "norm": self.norm, "steps": [self.steps]}
 
     def write_back(self, plain: "keras.Model", trained: list[np.ndarray]) -> None:
         """Give `plain` the weights `trained`, in the order of `weights`; its outer taps stay as they are."""
@@ -252,44 +238,22 @@ def train(
     standardisation = Standardisation.fitted(samples) if standardised else None
     plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
-    checkpoint = folder / "checkpoint.h5"
     identity = fingerprint(vars(samples).values(), settings)
-    progress = Progress()
-    if stored := read_checkpoint(checkpoint, identity, name):
-        state, progress = stored
-        trainer.set_state(state)
-
     if standardisation is not None:
         samples = standardisation.apply(samples)
     arrays = [array.astype(np.float32) for array in (samples.features, samples.targets, samples.unit_um)]
     held = samples.is_validation
     trained = np.flatnonzero(~held)
-    epochs, first = settings["epochs"], len(progress.history)
-    best_loss = min((row[2] for row in progress.history), default=np.inf)
-    start = time.monotonic()
-    for epoch in range(first + 1, epochs + 1):
+
+    def train_epoch(epoch: int) -> np.ndarray:
         order = np.random.default_rng((settings["seed"], epoch)).permutation(trained)
         losses = trainer.train_epoch(*arrays, order, settings["batch_size"])
-        row = np.concatenate([losses, trainer.errors(*(array[held] for array in arrays))])
-        if not np.isfinite(row).all():
-            raise RunError(
-                f"{name}: the loss is not finite in epoch {epoch}, "
-                f"learning_rate {settings['learning_rate']} is too large"
-            )
-        progress.history.append(row)
-        if row[2] < best_loss:
-            best_loss, progress.best = row[2], [weight.numpy() for weight in trainer.weights]
-        now = time.monotonic()
-        left_s = (now - start) / (epoch - first) * (epochs - epoch)
-        print(
-            f"[{name}] epoch {epoch}/{epochs} loss {row[0]:.4g} val_loss {row[2]:.4g}, "
-            f"{now - start:.0f} s elapsed, {left_s:.0f} s left",
-            flush=True,
-        )
-        write_checkpoint(checkpoint, identity, trainer.state(), progress)
+        return np.concatenate([losses, trainer.errors(*(array[held] for array in arrays))])
 
-    best_epoch = 1 + int(np.argmin([row[2] for row in progress.history]))
-    print(f"[{name}] best epoch {best_epoch}, val_loss {best_loss:.4g}", flush=True)
+    checkpoint = folder / "checkpoint.h5"
+    progress = run_epochs(name, settings, checkpoint, identity, trainer.variables, train_epoch, keep_best=True)
+    validation = [row[2] for row in progress.history]
+    print(f"[{name}] best epoch {1 + int(np.argmin(validation))}, val_loss {min(validation):.4g}", flush=True)
     trainer.write_back(plain, progress.best)
     write_history(folder / "history.csv", progress.history)
     with moved_into_place(folder / "model.keras") as part:

@@ -1,7 +1,6 @@
 """Training of the members: one network, its optimizer and a compiled step, in which they learn one after the other."""
 
 import itertools
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,15 +8,9 @@ import numpy as np
 
 from slurrycast.data.trajectories import Trajectory
 from slurrycast.dem.recipe import derived_seed
-from slurrycast.runtime.files import RunError, moved_into_place
+from slurrycast.runtime.files import moved_into_place
 from slurrycast.surrogates.backend import make_deterministic
-from slurrycast.surrogates.checkpoint import (
-    Progress,
-    fingerprint,
-    read_checkpoint,
-    write_checkpoint,
-    write_history,
-)
+from slurrycast.surrogates.checkpoint import Progress, assign, fingerprint, run_epochs, write_history
 from slurrycast.surrogates.neighbours.graph import PAIR_INPUTS, Graph
 from slurrycast.surrogates.neighbours.targets import Example, layer_shares, make_example, windows
 
@@ -85,7 +78,7 @@ class Learner:
             clipnorm=GRADIENT_NORM,
         )
         optimizer.build(network.trainable_variables)
-        self.state = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
+        self.variables = {"weights": network.trainable_variables, "optimizer": optimizer.variables}
         self.fresh = [variable.numpy() for variable in optimizer.variables]
         inputs = signature(network)
         staged = by_layer(network, n_stages)
@@ -115,12 +108,6 @@ class Learner:
             return losses[-1], tf.reduce_sum(tf.abs(errors_um[-1])) / n_coordinates
 
         self.answer, self.step = answer, step
-
-    def start(self, state: Mapping[str, Sequence[np.ndarray]]) -> None:
-        """Take these weights and this state of the optimizer."""
-        for key, variables in self.state.items():
-            for variable, value in zip(variables, state[key], strict=True):
-                variable.assign(value)
 
     def learn(self, example: Example, known: Sequence[tuple[int, int]]) -> tuple:
         """Take a step on an example, filled up to one of the `known` shapes: its squared and absolute error."""
@@ -171,43 +158,37 @@ class Learner:
 
         from slurrycast.surrogates.neighbours.network import build
 
-        settings, name = self.settings, f"neighbours {number}"
-        seed, epochs = derived_seed(settings["seed"], f"member {number}"), settings["epochs"]
+        settings = self.settings
+        seed = derived_seed(settings["seed"], f"member {number}")
         keras.utils.set_random_seed(seed)
         member = build(**self.shape, name=f"member{number}")
-        state = {"weights": [weights.numpy() for weights in member.trainable_variables], "optimizer": self.fresh}
-        every = [*itertools.chain(*examples), *tests]
-        arrays = [array for example in every for array in example.arrays()]
-        identity = fingerprint(arrays, {**settings, "member": number})
-        checkpoint, progress = folder / f"checkpoint_{number}.h5", Progress(earlier=dict(earlier))
-        if stored := read_checkpoint(checkpoint, identity, name):
-            state, progress = stored
-        self.start(state)
-
+        weights = [variable.numpy() for variable in member.trainable_variables]
+        assign(self.variables, {"weights": weights, "optimizer": self.fresh})
+        arrays = [array for example in (*itertools.chain(*examples), *tests) for array in example.arrays()]
         sizes = [choices[0].size[0] for choices in examples]
         known = shapes([example.size for example in itertools.chain(*examples)])
-        n_steps, start, first = epochs * len(examples), time.monotonic(), len(progress.history)
-        for epoch in range(first + 1, epochs + 1):
+
+        def train_epoch(epoch: int) -> np.ndarray:
             draw = np.random.default_rng((seed, epoch))
             losses = np.zeros((len(examples), 2))
             for place, k in enumerate(draw.permutation(len(examples))):
                 drawn = examples[k][draw.integers(len(examples[k]))]
-                share = ((epoch - 1) * len(examples) + place) / n_steps
+                share = ((epoch - 1) * len(examples) + place) / (settings["epochs"] * len(examples))
                 self.optimizer.learning_rate.assign(settings["learning_rate"] * learning_rate_share(share))
                 losses[k] = self.learn(drawn, known)
-            row = np.array([*np.average(losses, axis=0, weights=sizes), *self.test(tests)])
-            if not np.isfinite(row[: 4 if tests else 2]).all():
-                raise RunError(
-                    f"neighbours: the loss is not finite in epoch {epoch}, "
-                    f"learning_rate {settings['learning_rate']} is too large"
-                )
-            progress.history.append(row)
-            left_s = (time.monotonic() - start) / (epoch - first) * (epochs - epoch)
-            losses_text = f"loss {row[0]:.4g} val_loss {row[2]:.4g}"
-            print(f"[{name}] epoch {epoch}/{epochs} {losses_text}, {left_s:.0f} s left", flush=True)
-            state = {key: [variable.numpy() for variable in variables] for key, variables in self.state.items()}
-            write_checkpoint(checkpoint, identity, state, progress)
-        return state["weights"], progress
+            return np.array([*np.average(losses, axis=0, weights=sizes), *self.test(tests)])
+
+        progress = run_epochs(
+            f"neighbours {number}",
+            settings,
+            folder / f"checkpoint_{number}.h5",
+            fingerprint(arrays, {**settings, "member": number}),
+            self.variables,
+            train_epoch,
+            earlier=earlier,
+            validated=bool(tests),
+        )
+        return [variable.numpy() for variable in self.network.trainable_variables], progress
 
 
 def learning_rate_share(share: float) -> float:
