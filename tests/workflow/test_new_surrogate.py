@@ -20,7 +20,7 @@ def test_the_documented_surrogate_stands_in_the_tables(tmp_path):
     steps = document.partition("## To add one")[2]
     blocks = re.findall(r"^ +```(\w+)\n(.*?)^ +```$", steps, re.MULTILINE | re.DOTALL)
     (_, module), (_, name), (_, settings) = ((language, textwrap.dedent(block)) for language, block in blocks)
-    assert [language for language, _ in blocks] == ["python", "python", "yaml"]
+    assert [language for language, _ in blocks] == ["python", "text", "yaml"]
     place, registry = re.findall(r"`(scripts/\S+\.py)`:", steps)
     (project / place).write_text(module, encoding="utf-8")
     text = (project / registry).read_text(encoding="utf-8")
