@@ -56,6 +56,17 @@ def test_models_that_do_not_fit_are_refused(model, tmp_path):
         Neighbours().predict(asked, model, SETTINGS)
 
 
+def test_model_is_found_by_the_registered_names_of_its_layers(model, tmp_path):
+    """A file from before a module was renamed can still be used."""
+    with zipfile.ZipFile(model) as archive, zipfile.ZipFile(tmp_path / "model.keras", "w") as renamed:
+        for name in archive.namelist():
+            content = archive.read(name)
+            assert name != "config.json" or b"slurrycast.surrogates.neighbours.network" in content
+            renamed.writestr(name, content.replace(b"slurrycast.surrogates.neighbours.network", b"slurrycast.earlier"))
+    for values, others in zip(answer(model, *slurry()), answer(tmp_path / "model.keras", *slurry()), strict=True):
+        np.testing.assert_array_equal(values, others)
+
+
 @pytest.mark.parametrize(("frames", "fits"), [([8, 9, 10], True), ([7, 8, 9, 10], False)])
 def test_trained_network_is_adopted_if_its_input_frames_fit(command, model, tmp_path, frames, fits):
     options = {"trained": model, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
