@@ -9,7 +9,7 @@ import pytest
 
 from slurrycast.data.dataset import TrainingSet, write_training_set
 from slurrycast.data.tables import read_table
-from slurrycast.surrogates import load
+from slurrycast.surrogates import vgg16
 
 LABELS = ["vgg16", "vgg16_box_xu", "vgg16_box_absolute", "vgg16_box_nobox", "vgg16_box"]
 ROLES = {"V1": "validation", "V2": "validation", "1": "test", "6": "test"}
@@ -115,7 +115,6 @@ def test_what_does_not_fit_is_refused_on_one_line(run, changes, message):
     [("vgg16", 6, 6), ("vgg16_box", 9, 9), ("vgg16_box_nobox", 6, 6), ("vgg16_box_xu", 6, 9), ("vgg16", 9, 6)],
 )
 def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(command, tmp_path, label, width, wanted, monkeypatch):
-    vgg16 = load("vgg16")
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,),))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
     vgg16.build(4, width).save(tmp_path / "trained.keras")

@@ -217,7 +217,7 @@ def killed_in_epoch(monkeypatch, epoch):
 
 def test_a_killed_training_ends_like_an_undisturbed_one(small, tmp_path, monkeypatch, capsys):
     def scripted_errors(trainer, *_):
-        epoch = int(trainer.steps) // 4  # 64 training samples in batches of 16
+        epoch = int(trainer.variables["steps"][0]) // 4  # 64 training samples in batches of 16
         return np.array([[5.0, 1.0, 3.0, 2.0, 4.0][epoch - 1]] * 2)
 
     monkeypatch.setattr(vgg16.Trainer, "errors", scripted_errors)

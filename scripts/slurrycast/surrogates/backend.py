@@ -37,7 +37,7 @@ def make_deterministic(seed: int, threads: int) -> None:
     keras.utils.set_random_seed(seed)
 
 
-def load_model(path: str | Path) -> "keras.Model":
+def read_model(path: str | Path) -> "keras.Model":
     """Read a Keras model, which may hold no code. InputError if the file is none."""
     start_keras()
     import keras

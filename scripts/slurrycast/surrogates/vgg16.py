@@ -20,7 +20,7 @@ import numpy as np
 from slurrycast.data.dataset import TrainingSet
 from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_history
 from slurrycast.runtime.files import InputError, moved_into_place
-from slurrycast.surrogates.backend import load_model, make_deterministic
+from slurrycast.surrogates.backend import make_deterministic, read_model
 from slurrycast.surrogates.base import SCALE_OF_PREDICTION, Surrogate
 from slurrycast.surrogates.checkpoint import fingerprint, run_epochs, write_history
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
@@ -267,7 +267,7 @@ def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
     Any Keras model with these shapes will do. It computes in float32: coordinates of 100 um keep 1e-5 um. InputError
     if the file is no Keras model or does not fit the features.
     """
-    model = load_model(model_path)
+    model = read_model(model_path)
     if model.input_shape[1:] != features.shape[1:] or model.output_shape[1:] != (3,):
         raise InputError(
             f"{model_path}: maps {model.input_shape[1:]} to {model.output_shape[1:]}, "

@@ -25,7 +25,7 @@ import numpy as np
 
 from slurrycast.data.trajectories import Trajectory
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.backend import load_model, start_keras
+from slurrycast.surrogates.backend import read_model, start_keras
 from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
 from slurrycast.surrogates.neighbours.graph import Graph, slurry_graph
 from slurrycast.surrogates.neighbours.targets import needed_frames, windows
@@ -99,7 +99,7 @@ def read_ensemble(model_path: str | Path, inputs: PredictionInput) -> "Ensemble"
     start_keras()
     from slurrycast.surrogates.neighbours.network import Ensemble
 
-    model = load_model(model_path)
+    model = read_model(model_path)
     ensembles = [layer for layer in model.layers if isinstance(layer, Ensemble)]
     if len(ensembles) != 1:
         raise InputError(f"{model_path}: not a model of neighbours, or one of an earlier version: train it again")
