@@ -13,8 +13,9 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
-from slurrycast.evaluation.verdicts import deviations, quantity_name
+from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
+from slurrycast.report.names import quantity_name
 from slurrycast.runtime.command_line import Parser, run_main
 
 # From what noise alone gives to what is plainly off; colours do not tell beyond.

@@ -9,7 +9,8 @@ import argparse
 import json
 
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.report.evaluation_report import Evaluation, evaluation_html
+from slurrycast.report.evaluation_results import Evaluation
+from slurrycast.report.sections import evaluation_html
 from slurrycast.runtime.command_line import Parser, run_main
 from slurrycast.runtime.files import write_text
 

@@ -15,7 +15,8 @@ import yaml
 from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.network_table import read_network
-from slurrycast.report.report import Results, report_html
+from slurrycast.report.results import Results
+from slurrycast.report.sections import report_html
 from slurrycast.runtime.command_line import Parser, named_file, run_main
 from slurrycast.runtime.files import write_text
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from slurrycast.runtime.dependencies import RUNTIME, modules
+from slurrycast.runtime.dependencies import RUNTIME, modules, templates
 
 LOADED = """
 import json, pathlib, runpy, sys
@@ -55,3 +55,12 @@ def test_surrogate_is_added(surrogate, files):
 def test_no_dem_depends_on_analysis_or_plumbing(module):
     for script in ("generate_inputs", "run_slurry"):
         assert f"scripts/slurrycast/{module}.py" not in modules(f"scripts/dem/{script}.py")
+
+
+@pytest.mark.parametrize(("page", "other"), [("report", "evaluation"), ("evaluation", "report")])
+def test_a_page_depends_on_its_templates_and_the_shared_ones(root, page, other):
+    paths = templates(page)
+    folder = "scripts/slurrycast/report/templates"
+    assert {f"{folder}/base.html.jinja", f"{folder}/macros.html.jinja", f"{folder}/{page}/page.html.jinja"} <= set(paths)
+    assert not [path for path in paths if f"/{other}/" in path]
+    assert all((root / path).is_file() for path in paths)

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from slurrycast import surrogates
 from slurrycast.config import configuration, derived_runs, label_settings, physics
 from slurrycast.runtime import provenance
-from slurrycast.runtime.dependencies import modules
+from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import particle_counts, particle_types

@@ -243,7 +243,7 @@ rule write_report:
     """Write the report of the main job as one HTML page."""
     input:
         **code("report/write_report"),
-        template="scripts/slurrycast/report/report.html.jinja",
+        templates=templates("report"),
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,
         inputs=expand(rules.generate_inputs.output.inputs, slurry=SLURRIES),

@@ -1,10 +1,11 @@
-"""Which modules of the package a script uses, so that an edit reruns what depends on it and nothing else."""
+"""Which files of the package a script uses, so that an edit reruns what depends on it and nothing else."""
 
 import ast
 import functools
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
+TEMPLATES = "scripts/slurrycast/report/templates"
 SURROGATES = "scripts/slurrycast/surrogates"
 # How scripts start, stop, move files into place, go on and count seconds: no reason to repeat a run of days.
 RUNTIME = "scripts/slurrycast/runtime/"
@@ -32,3 +33,9 @@ def modules(script: str, surrogate: str | None = None) -> list[str]:
         if surrogate is not None and (ROOT / file).is_file():
             files |= {file} | _imports(file)
     return sorted(file for file in files if not file.startswith(RUNTIME))
+
+
+def templates(page: str) -> list[str]:
+    """Templates of a page, "report" or "evaluation", and those that all pages share; paths as those of `modules`."""
+    folders = (ROOT / TEMPLATES, ROOT / TEMPLATES / page)
+    return sorted(str(path.relative_to(ROOT)) for folder in folders for path in folder.glob("*.jinja"))

@@ -1,0 +1,62 @@
+"""Names of the tables' quantities, pairs and columns, with their units, as figures and pages show them."""
+
+from typing import NamedTuple
+
+from slurrycast.analysis.training_range import FRACTION_PREFIX
+
+QUANTITY_NAMES = {
+    "density_g_cm3": "density (g/cm³)",
+    "overlap_mean": "mean overlap",
+    "overlap_max": "largest overlap",
+    "packing_nominal": "packing fraction, nominal",
+    "packing_union": "packing fraction, union",
+    "perturbation_floor_um2": "perturbation floor (µm²)",
+}
+UNITS = {"um2": "µm²", "um": "µm", "us": "µs", "s": "s", "min": "min", "g_cm3": "g/cm³"}
+
+
+class RangeQuantity(NamedTuple):
+    """A quantity of tables/training_range.csv: its column, how a sentence names and ends a value, and its format."""
+
+    column: str
+    before: str
+    unit: str
+    form: str
+
+
+RANGE_QUANTITIES = {
+    "particles": RangeQuantity("Particles", "", " particles", ",.0f"),
+    "shortest_edge_um": RangeQuantity("Shortest edge (µm)", "shortest box edge ", " µm", ".4g"),
+    "longest_edge_um": RangeQuantity("Longest edge (µm)", "longest box edge ", " µm", ".4g"),
+    "density_g_cm3": RangeQuantity("Density (g/cm³)", "density at the last input frame ", " g/cm³", ".5g"),
+    "thickness_ratio": RangeQuantity("Lz/Lx", "Lz/Lx ", "", ".4g"),
+    "mean_radius_um": RangeQuantity("Mean radius (µm)", "mean particle radius ", " µm", ".4g"),
+}
+
+
+def range_quantity(quantity: str) -> RangeQuantity:
+    """Name and format of a quantity of tables/training_range.csv; phases are those of the recipe."""
+    if not quantity.startswith(FRACTION_PREFIX):
+        return RANGE_QUANTITIES[quantity]
+    phase = quantity.removeprefix(FRACTION_PREFIX)
+    return RangeQuantity(f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f")
+
+
+def pair_name(pair: str) -> str:
+    """Name of an RDF's pair in sentences and tables."""
+    return "all particles" if pair == "all" else pair
+
+
+def quantity_name(quantity: str) -> str:
+    """Name of a structural quantity: "RDF, NiO-8YSZ" of `rdf_NiO-8YSZ`."""
+    kind, _, pair = quantity.partition("_")
+    kinds = {"rdf": "RDF", "coordination": "coordination"}
+    return f"{kinds[kind]}, {pair_name(pair)}" if kind in kinds else QUANTITY_NAMES.get(quantity, quantity)
+
+
+def column_name(column: str) -> str:
+    """Name of a table's column with its unit in brackets: "validation mse (µm²)" of `validation_mse_um2`."""
+    for ending, unit in UNITS.items():
+        if column.endswith(f"_{ending}"):
+            return f"{column.removesuffix(f'_{ending}').replace('_', ' ')} ({unit})"
+    return column.replace("_", " ")

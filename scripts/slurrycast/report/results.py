@@ -1,0 +1,110 @@
+"""What a run leaves behind, as its report reads it.
+
+Every surrogate has a column of its own. Means and ranges run over the slurries of role `test`; those of role
+`validation` are shown beside them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from slurrycast.report.figures import surrogate_family
+from slurrycast.report.network_table import Network
+
+
+@dataclass(frozen=True)
+class Results:
+    """Tables as in results/<run>/tables; the rest by slurry, surrogate or file stem."""
+
+    config: Mapping
+    config_text: str
+    versions: Mapping
+    inputs: Mapping[str, Mapping]  # inputs.json by slurry
+    runs: Mapping[str, Mapping]  # run.json by slurry
+    density: pd.DataFrame
+    coordinate_errors: pd.DataFrame
+    rdf_errors: pd.DataFrame
+    equilibrium: pd.DataFrame
+    training_range: pd.DataFrame | None  # None without training slurries
+    costs: pd.DataFrame
+    speedup: pd.DataFrame
+    surrogates: Sequence[str]  # labels, in the order of columns
+    descriptions: Mapping[str, tuple[str, str]]  # what a surrogate looks at, and its rule for the final box, in words
+    histories: Mapping[str, pd.DataFrame]  # of the surrogates that are Keras models, as are the networks
+    networks: Mapping[str, Network]
+    weights_of: Mapping[str, str]  # of the same: of the epoch of the "lowest" validation loss or of the "last"
+    figures: Mapping[str, Path]
+
+    @property
+    def adopted_model(self) -> str | None:
+        """Path of the model that was trained elsewhere; None where this run trains its own."""
+        return self.config["surrogate"]["model"]
+
+    @property
+    def expected_density_g_cm3(self) -> float:
+        """Density that the configuration expects of a dried slurry."""
+        return self.config["formulation"]["expected_density_g_cm3"]
+
+    def slurries(self, *roles: str) -> list[str]:
+        """Ids of the slurries in one of `roles`, in the order of the slurry table."""
+        return list(self.equilibrium.slurry[self.equilibrium.role.isin(roles)])
+
+    @property
+    def test(self) -> list[str]:
+        """Ids of the slurries that means and ranges run over."""
+        return self.slurries("test")
+
+    @property
+    def compared(self) -> list[str]:
+        """Ids of the slurries that are predicted and have a target."""
+        return self.slurries("validation", "test")
+
+    @property
+    def pairs(self) -> list[str]:
+        """Pairs of phases whose RDF is compared."""
+        return list(dict.fromkeys(self.rdf_errors.pair))
+
+    def row_name(self, slurry: str) -> str:
+        """Text of a slurry at the head of a row: those that choices are made on are marked."""
+        return f"{slurry} (validation)" if slurry in self.slurries("validation") else slurry
+
+    def training_settings(self, surrogate: str) -> Mapping:
+        """Settings of the network `surrogate` in the configuration."""
+        return self.config["surrogate"].get(surrogate_family(surrogate), {})
+
+    def structures(self, surrogate: str) -> pd.DataFrame:
+        """Final DEM and hybrid structure of every slurry of the hybrid chain, by slurry; no DEM values for new ones.
+
+        Columns: dem_density, dem_volume, density, volume, difference (hybrid less DEM, g/cm3), share (of the DEM's).
+        """
+        columns = ["density_g_cm3", "volume_um3"]
+        by_slurry = self.density.set_index("slurry")
+        hybrid = by_slurry.loc[(self.density.surrogate == surrogate).to_numpy(), columns]
+        dem = by_slurry.loc[(self.density.model == "DEM").to_numpy(), columns]
+        hybrid.columns, dem.columns = ["density", "volume"], ["dem_density", "dem_volume"]
+        order = [slurry for slurry in self.equilibrium.slurry if slurry in hybrid.index]
+        table = hybrid.loc[order].join(dem)
+        table["difference"] = table.density - table.dem_density
+        table["share"] = table.difference / table.dem_density
+        return table
+
+    def errors(self, surrogate: str, axis: str = "all") -> pd.DataFrame:
+        """Coordinate errors along `axis`, by slurry."""
+        table = self.coordinate_errors
+        return table[(table.surrogate == surrogate) & (table.axis == axis)].set_index("slurry")
+
+    def rdf_differences(self, surrogate: str, pair: str) -> pd.Series:
+        """Mean absolute difference of target and relaxed RDF of `pair`, by slurry."""
+        table = self.rdf_errors
+        rows = table[(table.surrogate == surrogate) & (table.pair == pair)]
+        return rows.set_index("slurry").mean_abs_difference
+
+    def mean_over_test(self, values: pd.Series) -> float:
+        """Mean of `values` (by slurry) over the test slurries; NaN where there are none."""
+        return values.reindex(self.test).mean()
+
+    def speedups(self, clock: str) -> pd.DataFrame:
+        """Rows of tables/speedup.csv by one clock, "wall_s" or "cpu_s"."""
+        return self.speedup[self.speedup.clock == clock]

@@ -1,0 +1,78 @@
+"""Both pages of a run: which sections they have, in their order, and what each section's template gets."""
+
+from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.report import comparison_statistics, evaluation_statistics, statistics, verdict_statistics
+from slurrycast.report.evaluation_results import Evaluation
+from slurrycast.report.page import page_html
+from slurrycast.report.results import Results
+
+
+def report_html(results: Results) -> str:
+    """The report: all tables and figures of a run, beside the numbers of the reference article."""
+    gains = (statistics.gain_over_affine(results, surrogate) for surrogate in results.networks)
+    hybrid = {
+        "densities": comparison_statistics.densities(results),
+        "rdfs": comparison_statistics.rdfs(results),
+    }
+    sections = {
+        "summary": statistics.key_results(results) | {"gains": [gain for gain in gains if gain is not None]},
+        "workflow": {},
+        "settings": statistics.settings(results),
+        "dem_runs": statistics.dem_runs(results),
+        "surrogates": statistics.surrogates(results),
+        "training_range": statistics.training_range(results),
+        "comparison": {
+            **hybrid,
+            "coordinates": comparison_statistics.coordinates(results),
+            "pictures": comparison_statistics.pictures(results, results.compared),
+        },
+        "new_slurries": comparison_statistics.new_slurries(results),
+        "costs": comparison_statistics.costs(results),
+        "provenance": comparison_statistics.provenance(results),
+    }
+    shared = {
+        "run": results.config["run"]["name"],
+        "config_text": results.config_text,
+        "surrogates": list(results.surrogates),
+        "networks": list(results.networks),
+        "adopted_model": results.adopted_model,
+        "expected_density_g_cm3": results.expected_density_g_cm3,
+        "input_frames": results.config["learning"]["input_frames"],
+        "particles": results.equilibrium.particles.sum(),
+        "train": results.slurries("train"),
+        "validation": results.slurries("validation"),
+        "test": results.test,
+        "compared": results.compared,
+        "new": results.slurries("new"),
+        "figures": results.figures,
+        "rdfs": hybrid["rdfs"],
+        **statistics.notices(results),
+    }
+    return page_html("report", sections, shared)
+
+
+def evaluation_html(evaluation: Evaluation) -> str:
+    """The evaluation: surrogates beside cheap alternatives, the DEM's noise and its limit."""
+    sections = {
+        "verdicts": verdict_statistics.verdict_numbers(evaluation),
+        "skill": evaluation_statistics.skill(evaluation),
+        "noise": evaluation_statistics.noise(evaluation),
+        "structure": evaluation_statistics.structure(evaluation),
+        "front": evaluation_statistics.front(evaluation),
+        "equal_cost": evaluation_statistics.equal_cost(evaluation),
+        "cost": evaluation_statistics.cost(evaluation),
+        "ablation": evaluation_statistics.ablation(evaluation),
+        "relaxation": evaluation_statistics.relaxation(evaluation),
+        "uncertainty": evaluation_statistics.uncertainty(evaluation),
+    }
+    shared = {
+        "run": evaluation.run,
+        "networks": evaluation.networks,
+        "missing": evaluation.missing_networks,
+        "test": evaluation.test,
+        "density_tolerance": evaluation.density_tolerance,
+        "rdf_tolerance": evaluation.rdf_tolerance,
+        "band_sds": BAND_SDS,
+        "figures": evaluation.figures,
+    }
+    return page_html("evaluation", sections, shared)

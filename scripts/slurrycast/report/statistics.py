@@ -1,0 +1,273 @@
+"""Numbers of the report: what its tables, captions and sentences show, for the templates to word and format.
+
+Rows of tables hold numbers, texts, ranges (pandas Series) and values with their slurry; None shows as a dash.
+"""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from slurrycast.evaluation.verdicts import by_verdict, judged
+from slurrycast.report import reference_article as article
+from slurrycast.report.formats import SlurryValue, number
+from slurrycast.report.names import pair_name, range_quantity
+from slurrycast.report.results import Results
+
+DENSITY_TOLERANCE = 0.02  # a final density this far from the expected one is worth a notice
+AFFINE = "affine"  # what a network is held against: it learns nothing but one packing fraction
+ROLE_NAMES = {"train": "training", "validation": "validation", "test": "test", "new": "new"}
+
+
+def widest(values: pd.Series) -> SlurryValue | None:
+    """The largest of `values` (by slurry) and its slurry; None where no value is known."""
+    known = values.dropna()
+    return SlurryValue(known.max(), known.idxmax()) if len(known) else None
+
+
+# ---- the reference article
+
+
+def article_differences() -> pd.Series:
+    """Hybrid less DEM density (g/cm3) in the article, by slurry."""
+    structures = article.DEM_STRUCTURE.items()
+    return pd.Series({id: article.HYBRID_STRUCTURE[id].density_g_cm3 - dem.density_g_cm3 for id, dem in structures})
+
+
+def article_shares() -> pd.Series:
+    """Hybrid less DEM density in the article as a share of the DEM's, by slurry."""
+    return article_differences() / pd.Series({id: dem.density_g_cm3 for id, dem in article.DEM_STRUCTURE.items()})
+
+
+def article_mean_errors() -> pd.Series:
+    """Means over the article's slurries of mse_um2, mae_um and r2."""
+    return pd.DataFrame(article.COORDINATE_ERRORS.values()).mean()
+
+
+# ---- notices and summary
+
+
+def notices(results: Results) -> dict:
+    """What limits the results: a foreign model, runs not in equilibrium, odd densities, extrapolation."""
+    dem = results.density[results.density.model == "DEM"]
+    odd = dem[(dem.density_g_cm3 / results.expected_density_g_cm3 - 1).abs() > DENSITY_TOLERANCE]
+    return {
+        "unsettled": [row for row in results.equilibrium.itertuples() if row.warning],
+        "odd_densities": list(odd.itertuples()),
+        "density_tolerance": DENSITY_TOLERANCE,
+        "extrapolations": extrapolations(results),
+    }
+
+
+def extrapolations(results: Results) -> list[dict]:
+    """In what slurries lie outside the training range, one entry for all that do so on the same sides.
+
+    Each entry has `slurries` and `quantities`: name and format, values, and training range. None where the training
+    range is not known.
+    """
+    if results.training_range is None:
+        return []
+    outside = results.training_range[results.training_range.outside == "yes"]
+    slurries_by_sides = {}
+    for slurry, rows in outside.groupby("slurry", sort=False):
+        sides = tuple(zip(rows.quantity, rows.value > rows.training_max, strict=True))
+        slurries_by_sides.setdefault(sides, []).append(slurry)
+    entries = []
+    for sides, slurries in slurries_by_sides.items():
+        quantities = []
+        for quantity, _ in sides:
+            rows = outside[outside.slurry.isin(slurries) & (outside.quantity == quantity)]
+            quantities.append(
+                {"name": range_quantity(quantity), "reached": rows.value, "training": training_limits(rows)}
+            )
+        entries.append({"slurries": slurries, "quantities": quantities})
+    return entries
+
+
+def training_limits(rows: pd.DataFrame) -> pd.Series:
+    """Both ends of the training range in rows of tables/training_range.csv on one quantity."""
+    return rows[["training_min", "training_max"]].iloc[0]
+
+
+def gain_over_affine(results: Results, surrogate: str) -> dict | None:
+    """What `surrogate` adds to the affine map over the test slurries; None without both of them.
+
+    `after_relaxation` is "tie" where all is a tie, "worse" where nothing is better, and else None.
+    """
+
+    def paired(errors: Mapping[str, pd.Series]) -> pd.DataFrame:
+        return pd.DataFrame(errors).reindex(results.test)
+
+    names = (surrogate, AFFINE)
+    mse = paired({name: results.errors(name).mse_um2 for name in names})
+    ratio = (mse[surrogate] / mse[AFFINE]).dropna()
+    if ratio.empty:
+        return None
+    errors = {"density": paired({name: results.structures(name).share.abs() for name in names})}
+    for pair in results.pairs:
+        errors[f"the RDF of {pair_name(pair)}"] = paired({name: results.rdf_differences(name, pair) for name in names})
+    relaxed = {quantity: judged(table[surrogate] - table[AFFINE]) for quantity, table in errors.items()}
+    verdicts = {"coordinates": judged(ratio - 1)} | relaxed
+    means = {quantity: (table[surrogate].mean(), table[AFFINE].mean()) for quantity, table in errors.items()}
+    judgements = set(relaxed.values())
+    after = "tie" if judgements == {"tie"} else "worse" if judgements <= {"tie", "worse"} else None
+    return {
+        "surrogate": surrogate,
+        "mse_ratio": ratio,
+        "verdicts": verdicts,
+        "means": means,
+        "in_short": by_verdict(verdicts),
+        "after_relaxation": after,
+    }
+
+
+def key_results(results: Results) -> dict:
+    """Means over the test slurries, one for each surrogate, and the article's."""
+    labels, test = results.surrogates, results.test
+    shares = [results.structures(name).share.abs().reindex(test) for name in labels]
+
+    def mean_ratios(clock: str, column: str) -> list[float]:
+        table = results.speedups(clock)
+        return [table[(table.surrogate == name) & table.slurry.isin(test)][column].mean() for name in labels]
+
+    def means(column: str) -> list[float]:
+        return [results.mean_over_test(results.errors(name)[column]) for name in labels]
+
+    return {
+        "mse_um2": means("mse_um2"),
+        "r2": means("r2"),
+        "density": [share.mean() for share in shares],
+        "largest": [widest(share) for share in shares],
+        "rdf": [
+            (pair_name(pair), [results.mean_over_test(results.rdf_differences(name, pair)) for name in labels])
+            for pair in results.pairs
+        ],
+        "ratio": mean_ratios("wall_s", "ratio"),
+        "ratio_to_equilibrium": mean_ratios("wall_s", "ratio_to_equilibrium"),
+        "article_errors": article_mean_errors(),
+        "article_share": article_shares().abs().mean(),
+        "article_largest": widest(article_shares().abs()),
+        "article_ratio": article.FULL_DEM_MIN / article.HYBRID_MIN,
+    }
+
+
+# ---- settings, DEM runs, networks
+
+
+def settings(results: Results) -> dict:
+    """Settings of this run and the article's, and the formulation with what was reached."""
+    dem, learning = results.config["dem"], results.config["learning"]
+    steps_per_frame = dem["steps"] // (dem["frames"] - 1)
+    full_runs = results.slurries("train", "validation", "test")
+    jobs = results.costs[(results.costs.stage == "run_slurry") & results.costs.slurry.isin(full_runs)]
+    reached = pd.DataFrame({slurry: inputs["mass_fractions_reached"] for slurry, inputs in results.inputs.items()})
+    phases = []
+    for phase, recipe in results.config["formulation"]["phases"].items():
+        classes = ", ".join(f"{c['diameter_um']:g} ({c['number_fraction']:g})" for c in recipe["size_classes"])
+        wanted, fractions = recipe["mass_fraction"], reached.loc[phase]
+        deviation = 100 * (fractions - wanted).abs().max()
+        phases.append([phase, recipe["density_g_cm3"], classes, wanted, fractions, deviation])
+    return {
+        "dem": dem,
+        "simulated_us": dem["steps"] * dem["timestep_us"],
+        "steps_per_frame": steps_per_frame,
+        "input_steps": [frame * steps_per_frame for frame in learning["input_frames"]],
+        "target_step": learning["target_frame"] * steps_per_frame,
+        "article_simulated_us": article.STEPS * article.TIMESTEP_US,
+        "article_input_steps": [frame * article.STEPS_PER_FRAME for frame in article.INPUT_FRAMES],
+        "article_full_dem_s": 60 * article.FULL_DEM_MIN,
+        "wall_s": jobs.wall_s,
+        "relaxation": relaxation_steps(results),
+        "samples": results.equilibrium.particles[results.equilibrium.role == "train"].sum(),
+        "training": {surrogate: results.training_settings(surrogate) for surrogate in results.networks},
+        "phases": phases,
+    }
+
+
+def relaxation_steps(results: Results) -> list[tuple[int, list[str]]]:
+    """Steps of relaxation as they were taken, and the surrogates that took them; none named where all are alike."""
+    relaxations = results.costs[results.costs.stage == "relax_slurry"]
+    labels_by_steps = {}
+    for surrogate in results.surrogates:
+        for steps in relaxations[relaxations.surrogate == surrogate].steps.dropna().unique():
+            labels_by_steps.setdefault(int(steps), []).append(surrogate)
+    if [list(results.surrogates)] == list(labels_by_steps.values()):
+        return [(steps, []) for steps in labels_by_steps]
+    return list(labels_by_steps.items())
+
+
+def dem_runs(results: Results) -> dict:
+    """The slurries at the end of their DEM run and their way to equilibrium."""
+    equilibrium = results.equilibrium
+    rows = [
+        [
+            *(row.slurry, ROLE_NAMES[row.role], row.mass_units, row.thickness_ratio, row.particles, row.run_time_us),
+            *(row.density_g_cm3, row.mean_contacts, row.density_drift),
+            None if row.warning else row.time_to_equilibrium_us,
+        ]
+        for row in equilibrium.itertuples()
+    ]
+    complete = equilibrium[equilibrium.role != "new"]
+    settled = complete[complete.warning == ""].dropna(subset=["time_to_equilibrium_us"])
+    return {
+        "rows": rows,
+        "unit_mass_pg": results.config["formulation"]["unit_mass_pg"],
+        "times_us": settled.time_to_equilibrium_us,
+        "slowest": None if settled.empty else settled.loc[settled.time_to_equilibrium_us.idxmax()],
+        "unsettled": list(complete.slurry[complete.warning != ""]),
+    }
+
+
+def surrogates(results: Results) -> dict:
+    """What the surrogates are, and the layers and learning curves of each network."""
+    networks = []
+    for surrogate, network in results.networks.items():
+        shapes = [
+            "–" if layer.output_shape is None else " × ".join(map(str, layer.output_shape)) for layer in network.layers
+        ]
+        rows = [[layer.name, shape, layer.parameters] for layer, shape in zip(network.layers, shapes, strict=True)]
+        networks.append(
+            {
+                "name": surrogate,
+                "rows": [*rows, ["Total", "", network.parameters]],
+                "parameters": network.parameters,
+                "as_in_article": network.parameters == article.PARAMETERS,
+                "several_inputs": sum(layer.name.startswith("Input") for layer in network.layers) > 1,
+                "history": learning_curves(results, surrogate),
+            }
+        )
+    return {"descriptions": [[name, *results.descriptions[name]] for name in results.surrogates], "networks": networks}
+
+
+def learning_curves(results: Results, surrogate: str) -> dict | None:
+    """First, best and last epoch of a network, and whose weights are used; None where it came without curves."""
+    history = results.histories[surrogate]
+    if history.empty:
+        return None
+    best = None if history.val_loss.isna().all() else history.loc[history.val_loss.idxmin()]
+    last = history.iloc[-1]
+    used = None if results.adopted_model else results.weights_of[surrogate]
+    return {
+        "epochs": len(history),
+        "first": history.iloc[0],
+        "last": last,
+        "best": best,
+        "used": used,
+        "still_falling": best is not None and used == "lowest" and len(history) > 1 and best.epoch == last.epoch,
+    }
+
+
+def training_range(results: Results) -> dict:
+    """The predicted slurries beside the range of the training slurries; what is outside is marked."""
+    table = results.training_range
+    if table is None or not (table.outside == "yes").any():
+        return {"known": table is not None, "columns": [], "rows": []}
+    by_quantity = {range_quantity(name): rows for name, rows in table.groupby("quantity", sort=False)}
+    rows = [["training", *(training_limits(own) for own in by_quantity.values())]]
+    for slurry in dict.fromkeys(table.slurry):
+        cells = []
+        for quantity, own in by_quantity.items():
+            row = own[own.slurry == slurry].iloc[0]
+            mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
+            cells.append(number(row.value, quantity.form) + mark)
+        rows.append([results.row_name(slurry), *cells])
+    return {"known": True, "columns": [(quantity.column, quantity.form) for quantity in by_quantity], "rows": rows}
