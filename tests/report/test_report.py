@@ -1,9 +1,8 @@
-"""The report from small tables: numbers, sentences and a file that loads nothing from elsewhere."""
+"""The report from small tables: numbers, conditions and a file that loads nothing from elsewhere."""
 
 import json
 import zipfile
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import h5py
 import numpy as np
@@ -11,23 +10,16 @@ import pandas as pd
 import pytest
 from matplotlib.image import imsave
 
+from html_pages import Page
 from slurrycast.evaluation.speedup import HYBRID_PARTS, dem_seconds, time_unit
-from slurrycast.evaluation.verdicts import TIE_RULE, judged, judged_list
+from slurrycast.evaluation.verdicts import by_verdict, judged
 from slurrycast.report import reference_article
+from slurrycast.report.formats import SlurryValue, listed, named, number, span
 from slurrycast.report.network_table import read_network
-from slurrycast.report.page import duration, listed, span
-from slurrycast.report.report import (
-    Results,
-    article_differences,
-    extrapolations,
-    gain_over_affine,
-    relaxed_for,
-    report_html,
-    warnings,
-)
+from slurrycast.report.results import Results
+from slurrycast.report.sections import report_html
+from slurrycast.report.statistics import article_differences, extrapolations, gain_over_affine, relaxation_steps
 from slurrycast.runtime.files import InputError
-
-VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
 
 CONFIG = {
     "run": {"name": "unit"},
@@ -67,51 +59,18 @@ CONFIG = {
 }
 
 
-class Page(HTMLParser):
-    """Checks the nesting of tags and collects text and addresses."""
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.text, self.addresses, self.images = [], [], [], 0
-
-    def handle_starttag(self, tag, attrs):
-        if tag not in VOID_TAGS:
-            self.open.append(tag)
-        self.images += tag == "img"
-        self.addresses += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.text.append(data)
-
-
-def read_page(html: str) -> Page:
-    page = Page()
-    page.feed(html)
-    page.close()
-    assert page.open == []
-    return page
-
-
 @pytest.fixture
 def model(tmp_path):
     """A .keras file with one convolution and one dense layer."""
+    same = {"padding": "same"}
+    relu = same | {"activation": "relu"}
     layers = [
         ("InputLayer", {"batch_shape": [None, 3, 2]}),
         (
             "Conv1D",
-            {
-                "filters": 5,
-                "kernel_size": [3],
-                "strides": [1],
-                "padding": "same",
-                "use_bias": True,
-                "activation": "relu",
-            },
+            {"filters": 5, "kernel_size": [3], "strides": [1], "use_bias": True} | same | {"activation": "relu"},
         ),
-        ("MaxPooling1D", {"pool_size": [2], "strides": [2], "padding": "same"}),
+        ("MaxPooling1D", {"pool_size": [2], "strides": [2]} | same),
         ("Flatten", {}),
         ("Dense", {"units": 3, "activation": "linear", "use_bias": True}),
         ("Unknown", {}),
@@ -232,16 +191,7 @@ def results(tmp_path, model, history) -> Results:
     start = {"wall_s": 0.0, "cpu_s": 0.0}
     run = {"start": start, "segments": segments, "steps": 1200, "lammps_version": "22 Jul 2025"}
     figures = {}
-    stems = (
-        "workflow",
-        "learning_curves_net",
-        "coordinates_2",
-        "slurry_net_N1",
-        "density",
-        "rdf",
-        "costs",
-    )
-    for stem in stems:
+    for stem in ("workflow", "learning_curves_net", "coordinates_2", "slurry_net_N1", "density", "rdf", "costs"):
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
     return Results(
@@ -280,9 +230,14 @@ def adopting(config: dict, path: str) -> dict:
     return config | {"surrogate": config["surrogate"] | {"model": path}}
 
 
-def text_of(results: Results) -> str:
-    """What the report of a run says."""
-    return " ".join("".join(read_page(report_html(results)).text).split())
+def page_of(results: Results) -> Page:
+    return Page(report_html(results))
+
+
+def notices_of(page: Page) -> list[str]:
+    """What the box at the head says, before the first section."""
+    first = page.blocks.index(("h2", "Summary"))
+    return [" ".join(text.split()) for tag, text in page.blocks[:first] if tag == "li"]
 
 
 def test_network_is_read_from_the_model_file(model):
@@ -302,84 +257,84 @@ def test_a_file_that_is_no_model_is_refused(tmp_path):
 
 def test_dem_seconds_count_cut_segments_by_their_steps():
     segments = [(0, 100, 1.0), (100, 200, 1.0), (200, 400, 6.0)]
-    run = {
-        "start": {"wall_s": 0.5},
-        "segments": [{"step_start": a, "step_end": b, "wall_s": s} for a, b, s in segments],
-    }
+    segments = [{"step_start": first, "step_end": last, "wall_s": wall_s} for first, last, wall_s in segments]
     for steps, seconds in ((0, 0.5), (50, 1.0), (200, 2.5), (250, 4.0), (400, 8.5), (1000, 8.5)):
-        assert dem_seconds(run, steps) == pytest.approx(seconds)
+        assert dem_seconds({"start": {"wall_s": 0.5}, "segments": segments}, steps) == pytest.approx(seconds)
 
 
 def test_report_holds_the_numbers_and_loads_nothing(results):
-    page = read_page(report_html(results))
-    text = " ".join("".join(page.text).split())
-    for expected in (
-        "2.2512",
-        "2.2345",
-        "0.123",
-        "0.9876",
-        "0.0217",
-        "23,803,139",
-        "2.1000",
-        "0.6010",
-        "3,500 of affine; 2,000 of net",
-    ):
-        assert expected in text, expected
-    theirs = reference_article.COORDINATE_ERRORS["6"], reference_article.HYBRID_STRUCTURE["6"]
-    for expected in (
-        str(theirs[0].mse_um2),
-        str(theirs[0].r2),
-        f"{theirs[1].density_g_cm3:.4f}",
-        "16,443",
-        "1,230 min",
-    ):
-        assert expected in text, expected
-    assert all(address.startswith(("#", "data:image/")) for address in page.addresses)
+    page = page_of(results)
+    coordinates, structure = reference_article.COORDINATE_ERRORS["6"], reference_article.HYBRID_STRUCTURE["6"]
+    article = [str(coordinates.mse_um2), str(coordinates.r2), f"{structure.density_g_cm3:.4f}", "16,443", "1,230 min"]
+    ours = ["2.2512", "2.2345", "0.123", "0.9876", "0.0217", "23,803,139", "2.1000", "0.6010"]
+    for expected in (*ours, "3,500 of affine; 2,000 of net", *article):
+        assert expected in page.text, expected
+    assert page.loads_nothing
     assert page.images == len(results.figures)
+
+
+def test_numbers_stand_in_their_rows(results):
+    rows = page_of(results).rows
+    for row in (
+        ["MSE of coordinates (µm²)", "0.556", "0.278", "0.123"],
+        ["– largest", "3.00% (slurry 6)", "10.00% (slurry 6)", "24% (slurry 6)"],
+        ["Input frames, at steps", "70, 80, 90, 100", "350,000, 400,000, 450,000, 500,000"],
+        ["Learning rate, net", "0.0001", "0.0001"],
+        ["NiO", "6.67", "0.6 (1)", "0.6000", "0.6010", "0.10"],
+        ["6", "test", "5", "2", "500", "2.4", "2.1000", "6.00", "1.00%", "–"],
+        ["6", "2.1000", "2.1630", "2.3100", "+3.00%", "+10.00%", "2.2437", "2.7822", "+24.0%"],
+        ["6", "2.1", "36", "0.0317", "0.0217", "0.0317", "0.0217"],
+        ["N1", "net", "1", "100", "1.0000", "2.2345", "-0.2%", "44.7"],
+        ["2", *["5.00"] * 2, *["1.00"] * 2, *["5.00"] * 2],
+        ["train surrogate", "1", "30 s", "30 s", "30 s", "100"],
+        ["LAMMPS, as its logs say", "22 Jul 2025"],
+    ):
+        assert row in rows, row
 
 
 @pytest.mark.parametrize(
     ("steps", "expected"),
     [
-        ({"affine": 3500, "net": 2000}, "3,500 of affine; 2,000 of net"),
-        ({"affine": 3500, "net": 3500}, "3,500"),
-        ({"affine": 3500}, "3,500 of affine"),
-        ({"affine": 3500, "net": np.nan}, "3,500 of affine"),
+        ({"affine": 3500, "net": 2000}, [(3500, ["affine"]), (2000, ["net"])]),
+        ({"affine": 3500, "net": 3500}, [(3500, [])]),
+        ({"affine": 3500}, [(3500, ["affine"])]),
+        ({"affine": 3500, "net": np.nan}, [(3500, ["affine"])]),
     ],
 )
 def test_steps_of_relaxation_are_said_once_or_by_surrogate(results, steps, expected):
     rows = pd.DataFrame({"surrogate": steps.keys(), "steps": steps.values()}).assign(stage="relax_slurry")
-    assert relaxed_for(replace(results, costs=rows)) == expected
+    assert relaxation_steps(replace(results, costs=rows)) == expected
 
 
 def test_report_escapes_what_it_is_given(results):
     html = report_html(results)
     assert "<1 %>" not in html
-    assert "density drifts by <1 %> & more" in "".join(read_page(html).text)
+    assert "density drifts by <1 %> & more" in Page(html).text
 
 
 def test_sentences_name_the_right_slurries(results):
-    text = " ".join("".join(read_page(report_html(results)).text).split())
-    assert "with net, the largest 0.21 g/cm³ (slurry 6, 10.0% denser than its DEM)" in text
-    assert "With net, MSE is lowest for slurry 2 and highest for slurry 6" in text
-    assert "at epoch 2, whose weights are used" in text
-    assert "Not in equilibrium at its end: slurry 6" not in text  # no such figure in this run
-    assert "The full DEM takes 5 (affine) and 5 (net) times as long as the hybrid run" in text
-    assert "relaxation with net (60%)" in text
+    text = page_of(results).text
+    for expected in (
+        "with net, the largest 0.21 g/cm³ (slurry 6, 10.0% denser than its DEM)",
+        "2 and 6 with net",  # lowest and highest MSE
+        "at epoch 2, whose weights are used",
+        "5 (affine) and 5 (net) times as long as the hybrid run",
+        "relaxation with net (60%)",
+    ):
+        assert expected in text, expected
+    assert "Not in equilibrium" not in text  # the figure of the densification is not in this run
 
 
-def test_warnings_come_from_the_data(results):
-    notices = warnings(results)
-    assert notices[0] == "Slurry 6: density drifts by <1 %> & more."
-    assert "2.100 g/cm³" in notices[1]
-    assert notices[2] == (
-        "Slurry 6: 500 particles, training range 100; density at the last input frame 1.4 g/cm³, training range "
-        "1.45 to 1.55; predictions of surrogates that learned extrapolate."
+def test_notices_come_from_the_data(results):
+    drift, density, outside = notices_of(page_of(results))
+    assert drift == "Slurry 6: density drifts by <1 %> & more."
+    assert "2.100 g/cm³" in density
+    assert outside.startswith(
+        "Slurry 6: 500 particles, training range 100; density at the last input frame 1.4 g/cm³, training range 1.45 to "
     )
-    assert len(notices) == 3
 
 
-def test_slurries_outside_in_the_same_quantities_share_a_warning(results):
+def test_slurries_outside_in_the_same_quantities_share_a_notice(results):
     rows = [
         ("2", "particles", 200.0, 100.0, 150.0, "yes"),
         ("2", "density_g_cm3", 1.4, 1.3, 1.5, "no"),
@@ -390,95 +345,81 @@ def test_slurries_outside_in_the_same_quantities_share_a_warning(results):
         ("8", "particles", 50.0, 100.0, 150.0, "yes"),
     ]
     columns = ["slurry", "quantity", "value", "training_min", "training_max", "outside"]
-    both, one, smaller = extrapolations(replace(results, training_range=pd.DataFrame(rows, columns=columns)))
-    said = "training range 100 to 150; predictions of surrogates that learned extrapolate."
-    assert both == f"Slurries 2 and 6: 200 to 500 particles, {said}"
-    assert smaller == f"Slurry 8: 50 particles, {said}"
-    assert one.startswith("Slurry 7: 400 particles, training range 100 to 150; density at the last input frame 1.2 g")
+    entries = extrapolations(replace(results, training_range=pd.DataFrame(rows, columns=columns)))
+    assert [entry["slurries"] for entry in entries] == [["2", "6"], ["7"], ["8"]]
+    both, one, _ = ([quantity["name"].column for quantity in entry["quantities"]] for entry in entries)
+    assert (both, one) == (["Particles"], ["Particles", "Density (g/cm³)"])
+    (particles,) = entries[0]["quantities"]
+    assert (list(particles["reached"]), list(particles["training"])) == ([200.0, 500.0], [100.0, 150.0])
 
 
-def test_a_sound_run_has_no_warnings(results):
-    sound = restricted(results, ["T1", "2", "N1"])
-    assert warnings(sound) == []
-    text = text_of(sound)
-    assert "No warnings" in text
-    assert "No predicted slurry lies outside the range of the training slurries." in text
-    assert "Table S9" not in text
+def test_a_sound_run_has_no_notices(results):
+    page = page_of(restricted(results, ["T1", "2", "N1"]))
+    assert notices_of(page) == []
+    assert "No warnings" in page.text
+    assert "No predicted slurry lies outside" in page.text
+    assert "Table S9" not in page.text
 
 
 def test_training_range_is_shown_where_a_slurry_is_outside(results):
-    text = text_of(results)
-    assert text.index("Slurry 6: 500 particles, training range 100") < text.index("Key results")
-    section = text[text.index("Table S9") :]
-    assert section.index("Number fraction, NiO") < section.index("1.45 to 1.55")
-    html = report_html(results)
-    for row in (
-        ("training", "100", "1.45 to 1.55", "0.6000"),
-        ("2", "100", "1.5", "0.6100"),
-        ("6", "500 ▲", "1.4 ▼", "0.6100"),
-        ("N1", "100", "1.5", "0.6100"),
-    ):
-        first, *others = row
-        assert f'<tr><td class="text">{first}</td>' + "".join(f'<td class="">{cell}</td>' for cell in others) in html
-    assert "No predicted slurry lies outside" not in text
+    page = page_of(results)
+    table = page.rows[page.rows.index(["Slurry", "Particles", "Density (g/cm³)", "Number fraction, NiO"]) + 1 :][:4]
+    assert table == [
+        ["training", "100", "1.45 to 1.55", "0.6000"],
+        ["2", "100", "1.5", "0.6100"],
+        ["6", "500 ▲", "1.4 ▼", "0.6100"],
+        ["N1", "100", "1.5", "0.6100"],
+    ]
+    assert "No predicted slurry lies outside" not in page.text
 
 
 def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
     costs = results.costs[results.costs.stage != "train_surrogate"]
-    of_this_run = {stem: path for stem, path in results.figures.items() if stem != "coordinates_2"}
+    figures = {stem: path for stem, path in results.figures.items() if stem != "coordinates_2"}
     config = adopting(results.config, "trained/model.keras")
-    new = restricted(replace(results, costs=costs), ["N1"], config=config, figures=of_this_run)
-    page = read_page(report_html(new))
-    text = " ".join("".join(page.text).split())
-    assert page.images == len(of_this_run)
-    assert "No slurry of this run has a target to compare with" in text
-    assert "structures; there is no target" in text
-    assert "there is no full DEM to compare with" in text
-    assert "Fig. 6, above" not in text
-    assert "– to –" not in text
-    assert "affine and net: 1 new; 100 particles in all" in text
-    assert "2.2345" in text
+    page = page_of(restricted(replace(results, costs=costs), ["N1"], config=config, figures=figures))
+    assert page.images == len(figures)
+    for expected in (
+        "No slurry of this run has a target to compare with",
+        "structures; there is no target",
+        "there is no full DEM to compare with",
+        "affine and net: 1 new; 100 particles in all",
+        "2.2345",
+    ):
+        assert expected in page.text, expected
+    assert "Fig. 6, above" not in page.text
+    assert "– to –" not in page.text
 
 
 def test_new_slurries_beside_others_point_to_the_figures_above(results):
-    text = text_of(results)
+    text = page_of(results).text
     assert text.count("Fig. 6.") == text.count("Fig. S2.") == 1
-    assert text.index("Fig. S2.") < text.index("Fig. 6.") < text.index("radial distribution functions in Fig. 6, above")
+    assert text.index("Fig. S2.") < text.index("Fig. 6.") < text.index("Fig. 6, above")
 
 
 def test_learning_curves_say_whose_weights_are_used(results):
-    assert "at epoch 2, whose weights are used; in the last epoch it is" in text_of(results)
+    assert "at epoch 2, whose weights are used; in the last epoch it is" in page_of(results).text
     last = replace(results, weights_of={"net": "last"})
-    assert "at epoch 2; in the last epoch, whose weights are used, it is" in text_of(last)
+    assert "at epoch 2; in the last epoch, whose weights are used, it is" in page_of(last).text
     history = results.histories["net"].assign(val_loss=np.nan, val_mae=np.nan)
-    text = text_of(replace(last, histories={"net": history}))
-    assert "There was no validation slurry. Training MSE goes from 3 to 0.4" in text
+    text = page_of(replace(last, histories={"net": history})).text
+    assert "no validation slurry. Training MSE goes from 3 to 0.4" in text
 
 
 @pytest.mark.parametrize("epochs", [0, 3])
 def test_a_model_trained_elsewhere_is_said(results, epochs):
-    assert "Epochs, net" in text_of(results)
     history = {"net": results.histories["net"].iloc[:epochs]}
     config = adopting(results.config, "trained/model.keras")
     adopted = replace(restricted(results, ["2", "6", "N1"], histories=history, config=config), training_range=None)
-    assert warnings(adopted)[0] == (
-        "Surrogate net was trained elsewhere (trained/model.keras): neither its training range nor its recipe is known "
-        "here."
-    )
-    text = text_of(adopted)
-    for absent in (
-        "Epochs, net",
-        "Batch size, net",
-        "Learning rate, net",
-        "Samples (",
-        "training range 1",
-        "No predicted slurry lies outside",
-    ):
-        assert absent not in text, absent
-    assert ("Learning curves of the adopted model" in text) == (epochs > 0)
-    assert ("came without learning curves" in text) == (epochs == 0)
-    assert "whose weights are used" not in text
-    assert "their range is not known here, so whether a slurry lies outside is not checked." in text
+    page = page_of(adopted)
+    assert notices_of(page)[0].startswith("Surrogate net was trained elsewhere (trained/model.keras)")
+    heads = {row[0].split(",")[0] for row in page.rows}
+    assert not heads & {"Epochs", "Batch size", "Learning rate", "Samples (particles of the training slurries)"}
+    for absent in ("training range 1", "No predicted slurry lies outside", "whose weights are used"):
+        assert absent not in page.text, absent
+    assert ("Learning curves of the adopted model" in page.text) == (epochs > 0)
+    assert ("came without learning curves" in page.text) == (epochs == 0)
+    assert "Their range is not known here" in page.text
 
 
 def with_errors(results: Results, density: float, mse: float, rdf: float, wobble: float) -> Results:
@@ -489,8 +430,8 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
     rows = {"density": [], "coordinate_errors": [], "rdf_errors": []}
     for slurry, factor in zip(slurries, scatter, strict=True):
         rows["density"].append(("-", slurry, "DEM", 2.24, 100.0))
-        for name, own in (("affine", (0.01, 0.1, 0.02)), ("net", (0.01 * density, 0.1 * mse, 0.02 * rdf))):
-            errors = [value * (factor if name == "net" else 1.0) for value in own]
+        for name, sizes in (("affine", (0.01, 0.1, 0.02)), ("net", (0.01 * density, 0.1 * mse, 0.02 * rdf))):
+            errors = [value * (factor if name == "net" else 1.0) for value in sizes]
             rows["density"].append((name, slurry, "hybrid", 2.24 * (1 + errors[0]), 100.0))
             rows["coordinate_errors"] += [
                 (name, slurry, axis, errors[1], 0.2, 0.99, errors[1], 0.2, 0.99) for axis in ("x", "y", "z", "all")
@@ -504,46 +445,36 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
 
 
 @pytest.mark.parametrize(
-    ("factors", "wobble", "short", "after"),
+    ("factors", "verdicts", "after"),
     [
-        ((0.5, 0.5, 0.5), 0.1, "better in coordinates, density and the RDF of all particles.", ""),
-        ((2, 2, 2), 0.1, "worse in coordinates, density and the RDF of all particles.", "adds nothing to affine"),
-        (
-            (1, 0.5, 1),
-            0.1,
-            "better in coordinates; a tie in density and the RDF of all particles.",
-            "affine, which trains nothing, ties net",
-        ),
-        (
-            (2, 0.5, 1),
-            0.1,
-            "worse in density; better in coordinates; a tie in the RDF of all particles.",
-            "adds nothing to affine",
-        ),
+        ((0.5, 0.5, 0.5), {"coordinates": "better", "density": "better", "rdf": "better"}, None),
+        ((2, 2, 2), {"coordinates": "worse", "density": "worse", "rdf": "worse"}, "worse"),
+        ((1, 0.5, 1), {"coordinates": "better", "density": "tie", "rdf": "tie"}, "tie"),
+        ((2, 0.5, 1), {"coordinates": "better", "density": "worse", "rdf": "tie"}, "worse"),
     ],
 )
-def test_what_the_network_adds_is_said_either_way(results, factors, wobble, short, after):
-    sentences = gain_over_affine(with_errors(results, *factors, wobble), "net")
-    assert f"is {factors[1]:.3g} times that of the affine map" in sentences[0]
-    assert sentences[-2].startswith(f"In short, net against the affine map: {short}")
-    assert after in sentences[-2]
-    assert ("adds nothing" in sentences[-2] or "ties" in sentences[-2]) == bool(after)
-    assert sentences[-1] == TIE_RULE
+def test_what_the_network_adds_is_said_either_way(results, factors, verdicts, after):
+    compared = with_errors(results, *factors, 0.1)
+    gain = gain_over_affine(compared, "net")
+    assert gain["mse_ratio"].mean() == pytest.approx(factors[1])
+    assert list(gain["verdicts"].values()) == list(verdicts.values())
+    assert gain["after_relaxation"] == after
+    text = page_of(compared).text
+    assert ("adds nothing to affine" in text) == (after == "worse")
+    assert ("affine ties net" in text) == (after == "tie")
+    assert "A tie means" in text
 
 
 def test_validation_slurries_are_shown_but_not_averaged(results):
-    validated = with_errors(results, 1, 0.5, 1, 0.1)
-    text = text_of(validated)
-    assert "V1 (validation)" in text
-    assert "Not in them: the validation slurry V1" in text
-    page = report_html(validated)
-    assert '<td class="">0.05</td>' in page  # mean MSE of net, over the test slurries
-    assert '<td class="">5</td>' in page  # that of V1, in its own row
+    page = page_of(with_errors(results, 1, 0.5, 1, 0.1))
+    assert "Not in them: the validation slurry V1" in page.text
+    assert ["V1 (validation)", "0.1", "5", "0.9900", "0.9900", "–", "–"] in page.rows
+    assert ["mean, test", "0.1", "0.05", "0.9900", "0.9900", "0.123", "0.996"] in page.rows
 
 
 def test_too_few_slurries_are_not_judged(results):
-    sentences = gain_over_affine(results, "net")
-    assert all("too few slurries to judge" in sentence for sentence in sentences[:4])
+    assert set(gain_over_affine(results, "net")["verdicts"].values()) == {None}
+    assert "too few slurries to judge in coordinates, density, the RDF of all particles and" in page_of(results).text
 
 
 def test_verdicts():
@@ -553,7 +484,7 @@ def test_verdicts():
     assert judged(pd.Series([-1.0, -1.1])) is None
     assert judged(pd.Series([-1.0, -1.1, np.nan])) is None
     verdicts = {"a": "tie", "b": "better", "c": "tie", "d": "worse"}
-    assert judged_list(verdicts) == "worse in d; better in b; a tie in a and c"
+    assert by_verdict(verdicts) == [("worse", ["d"]), ("better", ["b"]), ("tie", ["a", "c"])]
 
 
 def test_article_differences_are_the_published_ones():
@@ -564,16 +495,23 @@ def test_article_differences_are_the_published_ones():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0.5, "0.5 s"), (180, "180 s"), (198, "3.3 min"), (12600, "3.5 h"), (np.nan, "–"), (None, "–")],
+    ("value", "form", "text"),
+    [
+        *((0.5, "duration", "0.5 s"), (180, "duration", "180 s"), (198, "duration", "3.3 min")),
+        *((12600, "duration", "3.5 h"), (np.nan, "duration", "–"), (None, ".3g", "–"), (-0.0001, "z.2f", "0.00")),
+        *((1234.5, "plain", "1,234"), (0.12345, "plain", "0.123"), ("none", ".3g", "none")),
+        *((SlurryValue(0.012, "6"), ".1%", "1.2% (slurry 6)"), (pd.Series([1.0, 2.5]), "g", "1 to 2.5")),
+    ],
 )
-def test_durations(seconds, text):
-    assert duration(seconds) == text
+def test_numbers(value, form, text):
+    assert number(value, form) == text
 
 
 def test_words():
     assert listed(["a"]) == "a"
-    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert listed(["a", "b", "<c>"]) == "a, b and &lt;c&gt;"
+    assert named(["1"]) == "slurry 1"
+    assert named(["1", "2"], "Slurry") == "Slurries 1 and 2"
     assert span(pd.Series([1.0, 2.5]), "g", " µs") == "1 to 2.5 µs"
     assert span(pd.Series([2.0, 2.0])) == "2"
     assert [time_unit(seconds)[1] for seconds in (10, 1000, 20000)] == ["s", "min", "h"]
