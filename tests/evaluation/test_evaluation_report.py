@@ -455,7 +455,8 @@ def test_page_from_files(tmp_path, evaluation, monkeypatch):
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    words = "write_evaluation --run unit --networks net --density-tolerance 0.01 --rdf-tolerance 2".split()
+    words = ["write_evaluation", "--run", "unit", "--networks", "net"]
+    words += ["--density-tolerance", "0.01", "--rdf-tolerance", "2"]
     words += ["--relaxed-for", json.dumps(evaluation.relaxed_for)]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)

@@ -66,10 +66,7 @@ def model(tmp_path):
     relu = same | {"activation": "relu"}
     layers = [
         ("InputLayer", {"batch_shape": [None, 3, 2]}),
-        (
-            "Conv1D",
-            {"filters": 5, "kernel_size": [3], "strides": [1], "use_bias": True} | same | {"activation": "relu"},
-        ),
+        ("Conv1D", {"filters": 5, "kernel_size": [3], "strides": [1], "use_bias": True} | relu),
         ("MaxPooling1D", {"pool_size": [2], "strides": [2]} | same),
         ("Flatten", {}),
         ("Dense", {"units": 3, "activation": "linear", "use_bias": True}),
@@ -330,7 +327,7 @@ def test_notices_come_from_the_data(results):
     assert drift == "Slurry 6: density drifts by <1 %> & more."
     assert "2.100 g/cm³" in density
     assert outside.startswith(
-        "Slurry 6: 500 particles, training range 100; density at the last input frame 1.4 g/cm³, training range 1.45 to "
+        "Slurry 6: 500 particles, training range 100; density at the last input frame 1.4 g/cm³, training range 1.45"
     )
 
 

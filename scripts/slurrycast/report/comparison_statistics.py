@@ -64,8 +64,13 @@ def densities(results: Results) -> dict:
     for slurry in results.compared:
         hybrids = [table.loc[slurry] for table in structures]
         name = results.row_name(slurry)
-        row = [name, hybrids[0].dem_density, *(own.density for own in hybrids), *(own.share for own in hybrids)]
-        volumes = [name, hybrids[0].dem_volume, *(own.volume for own in hybrids)]
+        row = [
+            name,
+            hybrids[0].dem_density,
+            *(structure.density for structure in hybrids),
+            *(structure.share for structure in hybrids),
+        ]
+        volumes = [name, hybrids[0].dem_volume, *(structure.volume for structure in hybrids)]
         dem, hybrid = article.DEM_STRUCTURE.get(slurry), article.HYBRID_STRUCTURE.get(slurry)
         if dem is None or hybrid is None:
             rows.append([*row, None, None, None])
@@ -173,11 +178,11 @@ def costs(results: Results) -> dict:
     parts = [[name, *(shown.loc[shown.surrogate == name, columns].mean() / length_s)] for name in results.surrogates]
 
     ratios, early_ratios, largest_parts = [], [], []
-    for surrogate, own in shown.dropna(subset=["ratio"]).groupby("surrogate", sort=False):
-        ratios.append((surrogate, own.ratio))
-        if own.ratio_to_equilibrium.notna().any():
-            early_ratios.append((surrogate, own.ratio_to_equilibrium.dropna()))
-        sums = own[list(HYBRID_PARTS)].sum()
+    for surrogate, group in shown.dropna(subset=["ratio"]).groupby("surrogate", sort=False):
+        ratios.append((surrogate, group.ratio))
+        if group.ratio_to_equilibrium.notna().any():
+            early_ratios.append((surrogate, group.ratio_to_equilibrium.dropna()))
+        sums = group[list(HYBRID_PARTS)].sum()
         largest_parts.append((surrogate, HYBRID_PARTS[sums.idxmax()], sums.max() / sums.sum()))
     by_pair = [table.set_index(["surrogate", "slurry"]) for table in (wall, wall, cpu)]
     by_pair = [table[name] for table, name in zip(by_pair, ["ratio", "ratio_to_equilibrium", "ratio"], strict=True)]

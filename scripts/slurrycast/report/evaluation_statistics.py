@@ -28,8 +28,8 @@ def plain_table(table: pd.DataFrame) -> dict:
 def skill(evaluation: Evaluation) -> dict:
     """tables/skill.csv."""
     rows = []
-    for surrogate, own in evaluation.skill.groupby("surrogate", sort=False):
-        by_slurry = own.set_index("slurry")
+    for surrogate, group in evaluation.skill.groupby("surrogate", sort=False):
+        by_slurry = group.set_index("slurry")
         tested = by_slurry.reindex(evaluation.test)
         validated = by_slurry.skill.reindex(evaluation.slurries("validation"))
         ratio = (tested.mse_um2 / tested.mse_affine_um2).mean()
@@ -50,8 +50,8 @@ def noise(evaluation: Evaluation) -> dict:
         rows.append([quantity_name(quantity), *texts])
     replicas = []
     for slurry in slurries:
-        own = table[table.slurry == slurry].set_index("quantity")
-        density = own.loc["density_g_cm3"] if "density_g_cm3" in own.index else None
+        quantities = table[table.slurry == slurry].set_index("quantity")
+        density = quantities.loc["density_g_cm3"] if "density_g_cm3" in quantities.index else None
         replicas.append(
             {
                 "slurry": slurry,
@@ -59,7 +59,7 @@ def noise(evaluation: Evaluation) -> dict:
                 "density_mean": None if density is None else density["mean"],
                 "band_g_cm3": None if density is None else BAND_SDS * density.sd,
                 "band_share": None if density is None else BAND_SDS * density.sd / density["mean"],
-                "floor_um2": own["mean"].get("perturbation_floor_um2"),
+                "floor_um2": quantities["mean"].get("perturbation_floor_um2"),
             }
         )
     return {"rows": rows, "slurries": slurries, "replicas": replicas}
@@ -89,8 +89,8 @@ def front(evaluation: Evaluation) -> dict:
     """tables/front.csv, and which surrogates are on the front of each error against cost."""
     tested = evaluation.tested(evaluation.front)
     rows = []
-    for (surrogate, frame), own in tested.groupby(["surrogate", "input_last_frame"], sort=False):
-        by_slurry = own.set_index("slurry")
+    for (surrogate, frame), group in tested.groupby(["surrogate", "input_last_frame"], sort=False):
+        by_slurry = group.set_index("slurry")
         errors = [*mean_and_worst(by_slurry.density_error), *mean_and_worst(by_slurry.rdf_error)]
         rows.append([surrogate, frame, by_slurry.cost_share_of_full_dem.mean(), *errors])
     fronts = []
@@ -104,16 +104,16 @@ def front(evaluation: Evaluation) -> dict:
 def equal_cost(evaluation: Evaluation) -> dict:
     """tables/equal_cost.csv: means over the test slurries where both are known."""
     rows = []
-    for surrogate, own in evaluation.tested(evaluation.equal_cost).groupby("surrogate", sort=False):
-        known = own.dropna(subset=["early_dem_cost_share"])
+    for surrogate, group in evaluation.tested(evaluation.equal_cost).groupby("surrogate", sort=False):
+        known = group.dropna(subset=["early_dem_cost_share"])
         cells = []
         for column in ("cost_share", *ERRORS_AT_EQUAL_COST):
             ours = "cost_share_of_full_dem" if column == "cost_share" else column
             both = known[[ours, f"early_dem_{column}"]].dropna()
             cells += [both[name].mean() for name in both]
-        notes = own.note.dropna().value_counts()
+        notes = group.note.dropna().value_counts()
         beyond = "; ".join(f"{note} ({count})" for note, count in notes.items())
-        rows.append([surrogate, *cells, f"{own.note.isna().sum()} of {len(own)}", beyond])
+        rows.append([surrogate, *cells, f"{group.note.isna().sum()} of {len(group)}", beyond])
     return {"rows": rows}
 
 
@@ -127,8 +127,8 @@ def cost(evaluation: Evaluation) -> dict:
     ours = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(texts, object)).fillna(dict.fromkeys(texts, ""))
     wide = ours.drop_duplicates(terms)[terms]
     for name in labels:
-        own = ours[ours.surrogate == name]
-        wide = wide.merge(own[["term", "ours"]].rename(columns={"ours": name}), on="term", how="left")
+        claim = ours[ours.surrogate == name]
+        wide = wide.merge(claim[["term", "ours"]].rename(columns={"ours": name}), on="term", how="left")
     return {
         "paybacks": [
             payback(name, by_wall_clock.loc[name]) for name in evaluation.networks if name in by_wall_clock.index
@@ -199,14 +199,14 @@ def uncertainty(evaluation: Evaluation) -> dict | None:
         return None
     levels = sorted(set(table.level))
     rows, intervals = [], []
-    for (surrogate, slurry), own in table.groupby(["surrogate", "slurry"], sort=False):
-        by_level, first = own.set_index("level").reindex(levels), own.iloc[0]
+    for (surrogate, slurry), group in table.groupby(["surrogate", "slurry"], sort=False):
+        by_level, first = group.set_index("level").reindex(levels), group.iloc[0]
         cells = by_level[["factor", "coverage"]].to_numpy().ravel()
         rows.append(
             [surrogate, slurry, first.role, *cells, first.rank_correlation, first.mean_spread_um, first.rms_error_um]
         )
-    for surrogate, own in evaluation.uncertainty.groupby("surrogate", sort=False):
-        tested = evaluation.tested(own[np.isclose(own.level, WIDEST_LEVEL)])
+    for surrogate, group in evaluation.uncertainty.groupby("surrogate", sort=False):
+        tested = evaluation.tested(group[np.isclose(group.level, WIDEST_LEVEL)])
         intervals.append(
             {
                 "surrogate": surrogate,

@@ -262,11 +262,11 @@ def training_range(results: Results) -> dict:
     if table is None or not (table.outside == "yes").any():
         return {"known": table is not None, "columns": [], "rows": []}
     by_quantity = {range_quantity(name): rows for name, rows in table.groupby("quantity", sort=False)}
-    rows = [["training", *(training_limits(own) for own in by_quantity.values())]]
+    rows = [["training", *(training_limits(group) for group in by_quantity.values())]]
     for slurry in dict.fromkeys(table.slurry):
         cells = []
-        for quantity, own in by_quantity.items():
-            row = own[own.slurry == slurry].iloc[0]
+        for quantity, group in by_quantity.items():
+            row = group[group.slurry == slurry].iloc[0]
             mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
             cells.append(number(row.value, quantity.form) + mark)
         rows.append([results.row_name(slurry), *cells])

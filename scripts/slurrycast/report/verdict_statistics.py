@@ -68,10 +68,10 @@ def network_errors_at_equal_cost(evaluation: Evaluation) -> list[dict]:
         rows = rows[rows.surrogate == network]
         known = rows.dropna(subset=["early_dem_cost_share"])
         comparisons = []
-        for note, own in known.groupby(known.note.astype(object).fillna(""), sort=False):
+        for note, group in known.groupby(known.note.astype(object).fillna(""), sort=False):
             verdicts, errors = {}, []
             for column, name in ERRORS_AT_EQUAL_COST.items():
-                both = own[[column, f"early_dem_{column}"]].dropna()
+                both = group[[column, f"early_dem_{column}"]].dropna()
                 both.columns = ["network", "early_dem"]
                 if not both.empty:
                     verdicts[name] = judged(both.network - both.early_dem)
@@ -79,9 +79,9 @@ def network_errors_at_equal_cost(evaluation: Evaluation) -> list[dict]:
             comparisons.append(
                 {
                     "note": note,
-                    "slurries": len(own),
-                    "cost": own.cost_share_of_full_dem.mean(),
-                    "early_dem_cost": own.early_dem_cost_share.mean(),
+                    "slurries": len(group),
+                    "cost": group.cost_share_of_full_dem.mean(),
+                    "early_dem_cost": group.early_dem_cost_share.mean(),
                     "verdicts": by_verdict(verdicts),
                     "errors": errors,
                 }
