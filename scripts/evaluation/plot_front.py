@@ -7,7 +7,7 @@ density and one for the RDF after relaxation. A point is the mean over the slurr
 there with several last input frames is one line in their order, with the numbers of the frames beside its points. The
 band is the noise of the DEM, within which order is not resolved: of the density, 2 sd of replicas; of the RDF, the mean
 difference between two replicas. A dark rim marks the front: neither another surrogate nor the full DEM, which has no
-error, is at most as dear and better.
+error, is better at the same or lower cost.
 """
 
 import argparse

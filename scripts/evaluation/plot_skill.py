@@ -1,8 +1,8 @@
 """Plot the skill of every surrogate on each slurry: 0 is the affine map, 1 the limit that the perturbed runs set.
 
 In: tables/skill.csv; slurries without a floor have no skill and are left out.
-Out: PNG, one row a surrogate, one numbered dot a slurry and a bar at their median. Skills below the axis stand at its
-left edge with their value.
+Out: PNG with one row for each surrogate: one numbered dot for each slurry and a bar at their median. Skills below the
+axis stand at its left edge with their value.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Plot how far each surrogate's relaxed structure is from the DEM's, in units of the scatter between DEM runs.
 
 In: tables/structure_errors.csv (columns surrogate, slurry, stage, quantity, value, dem_value, replica_sd).
-Out: PNG, a row a quantity and a column a surrogate: mean over the slurries of |value - dem_value| / replica_sd. About 1
-is what two DEM runs with other seeds differ by.
+Out: PNG with one row for each quantity and one column for each surrogate: the mean over the slurries of
+|value - dem_value| / replica_sd. Two DEM runs with other seeds differ by about 1.
 """
 
 import argparse

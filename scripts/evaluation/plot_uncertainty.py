@@ -2,8 +2,8 @@
 
 In: pairs of frame stores (HDF5): a predicted structure with a spread, and the DEM frames of the same slurry with the
 target frame; tables/uncertainty.csv for roles and calibrated coverage.
-Out: PNG, a row a surrogate. Left, coverage against the nominal level, a line a slurry for the spread as it comes, taken
-as the standard deviation of a normal error, and dots for the calibrated intervals. Right, root mean square error
+Out: PNG with one row for each surrogate. Left: coverage against the nominal level. Lines, one for each slurry, take the
+spread as the standard deviation of a normal error; dots are the calibrated intervals. Right: root mean square error
 against spread, in bins of equally many coordinates; numbers name the slurries. Dashed diagonals: what is expected.
 """
 

@@ -1,8 +1,8 @@
-"""Plot predicted against target coordinates of one slurry: a row a surrogate, a column an axis (the reference article's
-Fig. 3, 5).
+"""Plot predicted against target coordinates of one slurry (the reference article's Fig. 3, 5).
 
 In: predicted.h5 of each surrogate, in the order of --surrogates, and the DEM frames of the same slurry (H5MD, um).
-Out: PNG; for each surrogate predicted against target with R2 and MSE, and below it the deviation, coloured by phase.
+Out: PNG with one row for each surrogate and one column for each axis: predicted against target with R2 and MSE, and
+below it the deviation, coloured by phase.
 Coordinates are unwrapped, and their mean over the particles is taken from both.
 """
 

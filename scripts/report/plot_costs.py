@@ -1,8 +1,8 @@
 """Plot what the hybrid chain of every surrogate costs for each slurry, part by part, beside the full DEM.
 
 In: tables/speedup.csv (seconds).
-Out: PNG, one panel a surrogate; a bar a slurry with the parts of its hybrid run, marks where the DEM is in equilibrium
-and where it ends, and how many times the hybrid run fits in these.
+Out: PNG with one panel for each surrogate. Each slurry has a bar with the parts of its hybrid run, marks where the DEM
+is in equilibrium and where it ends, and how many times the hybrid run fits in these.
 """
 
 import argparse

@@ -28,7 +28,7 @@ SIZES = ListedColormap(colormaps["GnBu"](np.linspace(0.4, 1.0, 256)))
 def draw_densification(
     thermo: Mapping[str, pd.DataFrame], equilibrium: pd.DataFrame, input_times_us: Sequence[float]
 ) -> Figure:
-    """Draw one curve a slurry, coloured by mass; `thermo` and the index of `equilibrium` are by slurry."""
+    """Draw one curve for each slurry, coloured by mass; `thermo` and the index of `equilibrium` are by slurry."""
     figure = new_figure(9.5, 4.6)
     axes = figure.subplots()
     masses = equilibrium.mass_units

@@ -30,7 +30,7 @@ def draw_rdf(
     surrogates: Sequence[str],
     differences: Mapping[tuple[str, str, str], float],
 ) -> Figure:
-    """Draw the curves of `slurries`, `COLUMNS` a row, and under each slurry one panel a pair.
+    """Draw the curves of `slurries`, `COLUMNS` in a row, and under each slurry one panel for each pair.
 
     `differences` holds the mean absolute difference of target and relaxed curve by (surrogate, slurry, pair).
     """

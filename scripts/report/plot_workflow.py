@@ -1,8 +1,8 @@
 """Draw the workflow as a diagram (the reference article's Fig. 1) from the rules themselves.
 
 In: the graph of the rules in DOT, as `snakemake --rulegraph` prints it.
-Out: PNG; one box a rule, in layers from the recipe at the top to the report at the bottom. Arrows that others imply are
-left out, and so are the rules named by --hide.
+Out: PNG with one box for each rule, in layers from the recipe at the top to the report at the bottom. Arrows that
+follow from others are left out, and so are the rules named by --hide.
 """
 
 import argparse
@@ -78,7 +78,7 @@ def layers_of(parents: dict[str, set[str]]) -> dict[str, int]:
 
 
 def chains(parents: dict[str, set[str]], layer: dict[str, int]) -> list[list[Node]]:
-    """One chain an edge: the parent, a lane in each layer that the arrow passes, the child."""
+    """One chain for each edge: the parent, a lane in each layer that the arrow passes, the child."""
     return [
         [parent, *((parent, child, at) for at in range(layer[parent] + 1, layer[child])), child]
         for child in sorted(parents)

@@ -77,7 +77,7 @@ def half_size_um(structures: Sequence[Structure]) -> np.ndarray:
 
 
 def render_with_pyvista(structures: Sequence[Structure], half_um: np.ndarray, paths: Sequence[Path]) -> None:
-    """Write one picture a structure, of the same size and scale."""
+    """Write one picture of each structure, all of the same size and scale."""
     import pyvista
 
     _, up, towards = view_axes()

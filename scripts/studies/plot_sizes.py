@@ -1,9 +1,9 @@
-"""Plot the error of the predicted volume against the size of a slurry, one panel a run, to tell causes apart.
+"""Plot the error of the predicted volume against the size of a slurry, one panel for each run, to tell causes apart.
 
 In: tables/size_errors.csv of one run or several, such as one with the same damping time for all sizes and one with
 damping times that let all sizes shrink at the same rate.
 Out: PNG; a point is one slurry, its marker tells the thickness ratio, and a line joins the means of each surrogate. The
-points of a size stand side by side, not on one another. The dashed line is the final volume of slurry 6 in the
+points of a size stand side by side. The dashed line is the final volume of slurry 6 in the
 reference article.
 """
 

@@ -294,7 +294,7 @@ rule write_evaluation:
     """Write the evaluation as one HTML page."""
     input:
         **code("evaluation/write_evaluation"),
-        template="scripts/slurrycast/report/report.html.jinja",
+        templates=templates("evaluation"),
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,
         noise=rules.measure_noise.output.table,
