@@ -37,7 +37,7 @@ class Page(HTMLParser):
         if self.open and self.open[-1] in ("style", "title"):
             return
         self.pieces.append(data)
-        if self.blocks:
+        if BLOCKS & set(self.open):
             tag, text = self.blocks[-1]
             self.blocks[-1] = (tag, f"{text}{data}")
         if {"td", "th"} & set(self.open):

@@ -62,5 +62,5 @@ def test_a_page_depends_on_its_templates_and_the_shared_ones(root, page, other):
     paths = templates(page)
     folder = "scripts/slurrycast/report/templates"
     assert {f"{folder}/base.html.jinja", f"{folder}/macros.html.jinja", f"{folder}/{page}/page.html.jinja"} <= set(paths)
-    assert not [path for path in paths if f"/{other}/" in path]
+    assert not [path for path in paths if path.startswith(f"{folder}/{other}/")]
     assert all((root / path).is_file() for path in paths)
