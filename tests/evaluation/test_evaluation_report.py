@@ -15,7 +15,6 @@ from slurrycast.evaluation.front import KEYS
 from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report import evaluation_statistics
 from slurrycast.report.evaluation_results import Evaluation
-from slurrycast.report.figures import main_labels
 from slurrycast.report.names import column_name, quantity_name
 from slurrycast.report.sections import evaluation_html
 from slurrycast.report.verdict_statistics import (
@@ -432,11 +431,6 @@ def test_words():
     table = evaluation_statistics.plain_table(frame)
     assert table["rows"] == [["a", "1,234", "0.123"]]
     assert table["columns"] == [("surrogate", "text"), ("training (s)", "plain"), ("share", "plain")]
-
-
-def test_main_labels_leave_out_variants_and_earlier_frames():
-    labels = ["affine", "affine_f02", "vgg16_box", "vgg16_box_absolute", "early_dem_x2", "early_dem_x2_f02", "net"]
-    assert main_labels(labels) == ["affine", "vgg16_box", "early_dem_x2", "net"]
 
 
 def test_a_network_that_is_not_in_the_tables_is_noted(evaluation):

@@ -61,6 +61,6 @@ def test_no_dem_depends_on_analysis_or_plumbing(module):
 def test_a_page_depends_on_its_templates_and_the_shared_ones(root, page, other):
     paths = templates(page)
     folder = "scripts/slurrycast/report/templates"
-    assert {f"{folder}/base.html.jinja", f"{folder}/macros.html.jinja", f"{folder}/{page}/page.html.jinja"} <= set(paths)
+    assert {f"{folder}/{name}.html.jinja" for name in ("base", "macros", f"{page}/page")} <= set(paths)
     assert not [path for path in paths if path.startswith(f"{folder}/{other}/")]
     assert all((root / path).is_file() for path in paths)

@@ -11,7 +11,6 @@ import pandas as pd
 
 from slurrycast import surrogates
 from slurrycast.evaluation.verdicts import deviations
-from slurrycast.report.figures import main_labels, surrogate_family
 
 
 def labels_of(table: pd.DataFrame) -> list[str]:
@@ -21,13 +20,7 @@ def labels_of(table: pd.DataFrame) -> list[str]:
 
 def main_labels_of(table: pd.DataFrame) -> list[str]:
     """The same without variants and without those of earlier input frames."""
-    return main_labels(labels_of(table))
-
-
-def continues_dem(label: str) -> bool:
-    """Whether the surrogate goes on with the DEM instead of predicting its end."""
-    family = surrogate_family(label)
-    return family in surrogates.NAMES and surrogates.load(family).CONTINUES_DEM is not None
+    return surrogates.main_labels(labels_of(table))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.report.figures import surrogate_family
+from slurrycast import surrogates
 from slurrycast.report.network_table import Network
 
 
@@ -72,7 +72,7 @@ class Results:
 
     def training_settings(self, surrogate: str) -> Mapping:
         """Settings of the network `surrogate` in the configuration."""
-        return self.config["surrogate"].get(surrogate_family(surrogate), {})
+        return self.config["surrogate"].get(surrogates.family(surrogate), {})
 
     def structures(self, surrogate: str) -> pd.DataFrame:
         """Final DEM and hybrid structure of every slurry of the hybrid chain, by slurry; no DEM values for new ones.
