@@ -22,37 +22,27 @@ NOT_REPORTED = "not reported"
 
 def terms(speedup: pd.DataFrame) -> pd.DataFrame:
     """Columns term, unit, article, article_says, ours of one surrogate, from its rows (wall_s) of speedup.csv."""
-    total = speedup[[*HYBRID_PARTS, "hybrid", "dem"]].sum()
+    total, median = (values(numeric_only=True) for values in (speedup.sum, speedup.median))
     input_share = article.INPUT_STEPS / article.STEPS
     claimed = article.FULL_DEM_MIN / article.HYBRID_MIN
     with_input_dem = article.FULL_DEM_MIN / (article.HYBRID_MIN + input_share * article.FULL_DEM_MIN)
-    without_input_dem = speedup.dem / (speedup.hybrid - speedup.run_slurry_to_input)
+    without_input_dem = (speedup.dem / (speedup.hybrid - speedup.run_slurry_to_input)).median()
+    measured_share = 100 * total.run_slurry_to_input / total.dem
     beyond_input = "if its hybrid time leaves out the DEM to the last input frame"
+    equal_steps = f"{beyond_input} and every step costs the same"
     rows = [
-        ("full DEM", "min", article.FULL_DEM_MIN, "", speedup.dem.median() / 60),
-        (
-            "hybrid",
-            "min",
-            article.HYBRID_MIN,
-            "about; which stages it counts is not stated",
-            speedup.hybrid.median() / 60,
-        ),
-        ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", speedup.ratio.median()),
-        ("the same without the DEM to the last input frame", "", claimed, beyond_input, without_input_dem.median()),
-        (
-            "the same with the DEM to the last input frame",
-            "",
-            with_input_dem,
-            f"{beyond_input} and every step costs the same",
-            speedup.ratio.median(),
-        ),
-        ("DEM to equilibrium / hybrid", "", None, NOT_REPORTED, speedup.ratio_to_equilibrium.median()),
+        ("full DEM", "min", article.FULL_DEM_MIN, "", median.dem / 60),
+        ("hybrid", "min", article.HYBRID_MIN, "about; which stages it counts is not stated", median.hybrid / 60),
+        ("full DEM / hybrid", "", claimed, "which stages the hybrid counts is not stated", median.ratio),
+        ("the same without the DEM to the last input frame", "", claimed, beyond_input, without_input_dem),
+        ("the same with the DEM to the last input frame", "", with_input_dem, equal_steps, median.ratio),
+        ("DEM to equilibrium / hybrid", "", None, NOT_REPORTED, median.ratio_to_equilibrium),
         (
             "DEM to the last input frame / full DEM",
             "%",
             100 * input_share,
             "share of its steps; of its time not reported",
-            100 * total.run_slurry_to_input / total.dem,
+            measured_share,
         ),
     ]
     for stage, name in HYBRID_PARTS.items():
