@@ -1,41 +1,23 @@
-"""Measured figures that the configurations give as reasons, against the runs that they come from."""
-
-import re
+"""Settings that the configurations choose, against the reference runs that are the reason."""
 
 import numpy as np
 import pandas as pd
-import pytest
 import yaml
 
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.dem.recipe import particle_counts, particle_types
 
 
-@pytest.fixture
-def comments(root):
-    """All comments of a configuration as one text."""
-
-    def read(scale: str) -> str:
-        text = (root / "config" / f"{scale}.yaml").read_text(encoding="utf-8")
-        return " ".join(re.findall(r"# (.*)", text))
-
-    return read
-
-
-def test_time_step_of_the_demo(root, comments):
+def test_time_step_of_the_demo(root):
     summary = pd.read_csv(root / "results" / "reference" / "timestep" / "timestep_summary.csv").set_index("timestep_us")
     coarse, fine = summary.loc[2e-3], summary.iloc[0]
-    assert f"{coarse.density_difference:+.1%} from its density with {fine.name:.0e}".replace("e-04", "e-4") in comments(
-        "config"
-    )
-    assert f"error {coarse.standard_error:.1%}," in comments("config")
     assert coarse.accepted == "yes"
     for quantity in ("coordination_all", "overlap_mean"):
         scatter = np.hypot(coarse[f"{quantity}_sd"], fine[f"{quantity}_sd"])
         assert abs(coarse[f"{quantity}_mean"] - fine[f"{quantity}_mean"]) < scatter
 
 
-def test_relaxation(root, comments):
+def test_relaxation(root):
     runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "relaxation.csv").query("scale == 'demo'")
     config = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
     chosen = runs[
@@ -44,11 +26,11 @@ def test_relaxation(root, comments):
         & (runs.steps == config["steps"])
     ].density_error
     cold = runs[(runs.start_temperature_k == 300) & (runs.steps == 20000)].density_error
-    assert f"{chosen.min():+.1%} to {chosen.max():+.1%} from the DEM's density" in comments("config")
-    assert f"at a constant 300 K {cold.min():.1%} to {cold.max():.1%}" in comments("config")
+    assert len(chosen) and chosen.abs().max() < 0.005
+    assert cold.abs().min() > chosen.abs().max()  # though in many more steps
 
 
-def test_relaxation_steps_of_some_surrogates(root, comments):
+def test_relaxation_steps_of_some_surrogates(root):
     runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "steps.csv")
     default = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
     config = yaml.safe_load((root / "config" / "small.yaml").read_text())
@@ -66,17 +48,11 @@ def test_relaxation_steps_of_some_surrogates(root, comments):
     assert set(own.values()) == {own["neighbours"]}
     for short, long in zip(shorter, longer, strict=True):
         assert short.notna().all() and long.notna().all() and abs(short.mean()) < abs(long.mean())
-    means = [f"{100 * error.mean():+.2f}%" for error in (*shorter, *longer)]
     affine = errors["affine", default["steps"]]
-    assert affine.notna().all()
-    text = comments("small")
-    (first, second, third), (fourth, fifth, sixth) = means[:3], means[3:]
-    assert f"mean density {first} (neighbours), {second} (driven_dem) and {third} (driven_dem_f24) from" in text
-    assert f"with {default['steps']} steps {fourth}, {fifth} and {sixth}; and" in text
-    assert f"the affine map at {100 * affine.mean():+.2f}% (" in text
+    assert affine.notna().all() and abs(affine.mean()) < min(abs(error.mean()) for error in longer)
 
 
-def test_barostat_of_the_larger_scales(root, comments):
+def test_barostat_of_the_larger_scales(root):
     runs = {
         scale: pd.read_csv(root / "results" / "reference" / "densification" / f"{scale}_6.csv")
         for scale in ("demo", "reduced")
@@ -90,12 +66,17 @@ def test_barostat_of_the_larger_scales(root, comments):
         counts[scale] = int(particle_counts(types, 5 * unit_pg).sum())
     for scale, run in runs.items():
         dense_us[scale] = run.time_us[run.density_g_cm3 >= 2.0].iloc[0]
-        said = f"{counts[scale]:,}".replace(",", " ")
-        assert re.search(rf"{said} (particles reach 2.0 g/cm3 )?after {dense_us[scale]:g} us", comments("full"))
     ratio = {key: np.log(values["reduced"] / values["demo"]) for key, values in (("n", counts), ("t", dense_us))}
     exponent = ratio["t"] / ratio["n"]
-    assert f"N^{exponent:.2f}" in comments("full")
     expected_us = dense_us["reduced"] * (counts["full"] / counts["reduced"]) ** exponent
-    assert f"after about {expected_us:.0f} us" in comments("full")
+    dem = {
+        name: yaml.safe_load((root / "config" / f"{name}.yaml").read_text()).get("dem", {})
+        for name in ("full", "reduced")
+    }
     found = equilibrium(runs["reduced"].time_us.to_numpy(), runs["reduced"].density_g_cm3.to_numpy())
-    assert f"from {found.time_to_equilibrium_us:g} us on" in comments("reduced")
+    run_us = {
+        name: (config["dem"] | settings)["steps"] * (config["dem"] | settings)["timestep_us"]
+        for name, settings in dem.items()
+    }
+    assert expected_us < run_us["full"]
+    assert found.time_to_equilibrium_us < run_us["reduced"]

@@ -166,7 +166,10 @@ def ties(evaluation: Evaluation) -> list[dict]:
 def tolerances(evaluation: Evaluation) -> list[dict]:
     """Whether the best surrogate, and the best one that does not go on with the DEM, is within both tolerances."""
     labels = labels_of(evaluation.structure_errors)
-    choices = [evaluation.best(labels), evaluation.best([name for name in labels if not surrogates.continues_dem(name)])]
+    choices = [
+        evaluation.best(labels),
+        evaluation.best([name for name in labels if not surrogates.continues_dem(name)]),
+    ]
     entries = []
     for place, choice in enumerate(choices):
         if choice is None or choice in choices[:place]:
