@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from slurrycast import surrogates
 from slurrycast.report.network_table import Network
+from slurrycast.surrogates import family
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Results:
 
     def training_settings(self, surrogate: str) -> Mapping:
         """Settings of the network `surrogate` in the configuration."""
-        return self.config["surrogate"].get(surrogates.family(surrogate), {})
+        return self.config["surrogate"].get(family(surrogate), {})
 
     def structures(self, surrogate: str) -> pd.DataFrame:
         """Final DEM and hybrid structure of every slurry of the hybrid chain, by slurry; no DEM values for new ones.

@@ -2,12 +2,12 @@
 
 import pandas as pd
 
-from slurrycast import surrogates
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.verdicts import by_verdict, judged
 from slurrycast.report.evaluation_results import Evaluation, labels_of
 from slurrycast.report.formats import SlurryValue
 from slurrycast.report.names import pair_name
+from slurrycast.surrogates import continues_dem
 
 AFFINE = "affine"
 # Quantities that are judged together: the group's name and how they begin.
@@ -166,10 +166,7 @@ def ties(evaluation: Evaluation) -> list[dict]:
 def tolerances(evaluation: Evaluation) -> list[dict]:
     """Whether the best surrogate, and the best one that does not go on with the DEM, is within both tolerances."""
     labels = labels_of(evaluation.structure_errors)
-    choices = [
-        evaluation.best(labels),
-        evaluation.best([name for name in labels if not surrogates.continues_dem(name)]),
-    ]
+    choices = [evaluation.best(labels), evaluation.best([name for name in labels if not continues_dem(name)])]
     entries = []
     for place, choice in enumerate(choices):
         if choice is None or choice in choices[:place]:
