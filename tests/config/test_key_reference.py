@@ -35,7 +35,9 @@ def test_readme_is_in_step_with_schema_and_configuration():
 def test_readme_has_every_configuration_with_its_scale(path):
     """In its table, between the name of the file and what it is for."""
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in README.splitlines() if line.startswith("| `")]
-    (row,) = (row for row in rows if f"`{path.name}`" in row[0])
+    named = [row for row in rows if f"`{path.name}`" in row[0]]
+    assert len(named) == 1, f"config/README.md needs one row for {path.name} in the table of scales"
+    row = named[0]
     config = shipped(path.stem)
     types = particle_types(config["formulation"]["phases"])
     particles = particle_counts(types, config["formulation"]["unit_mass_pg"]).sum()

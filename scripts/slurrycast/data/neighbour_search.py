@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slurrycast.data.periodic import wrap
+from slurrycast.data.periodic import minimum_image, wrap
+from slurrycast.runtime.files import InputError
 
 if TYPE_CHECKING:
     import freud
@@ -30,7 +31,7 @@ def freud_box(
 def candidate_pairs(
     position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray, reach_um: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of all pairs within a reach and some that are slightly farther.
+    """Indices of all pairs within a reach and some that are slightly farther, for the caller to decide in float64.
 
     Parameters
     ----------
@@ -39,12 +40,12 @@ def candidate_pairs(
     lower_um, edges_um
         Lower corner (3,) and edges (3,) of the box.
     reach_um
-        Largest distance; at most half the shortest edge, where freud ends its search.
+        Largest distance. The caller checks that it is at most half the shortest edge, where freud ends its search.
 
     Returns
     -------
     tuple
-        First and second particle of each pair, (m,) each. Every pair is there in both orders.
+        First and second particle of each pair, (m,) each. Every pair is there in both orders, no particle with itself.
     """
     import freud
 
@@ -55,3 +56,41 @@ def candidate_pairs(
         query = freud.locality.AABBQuery(box, points).query(points, {"r_max": r_max, "exclude_ii": True})
         first, second = np.asarray(query.toNeighborList()[:], dtype=np.intp).T
     return first, second
+
+
+def neighbour_pairs(
+    position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All ordered pairs of different particles within a cutoff, decided in float64.
+
+    Parameters
+    ----------
+    position_um
+        Positions (n, 3), which may be unwrapped.
+    edges_um
+        Edges (3,) of the box.
+    cutoff_um
+        Largest distance.
+
+    Returns
+    -------
+    tuple
+        Receivers (m,), senders (m,) and separations (m, 3) from receiver to sender in um, sorted by the first two.
+
+    Raises
+    ------
+    InputError
+        If the cutoff is above half the shortest edge, where a particle has two images of another within reach.
+    """
+    if cutoff_um > edges_um.min() / 2:
+        raise InputError(
+            f"cutoff of {cutoff_um:g} um: must be at most half the shortest edge, {edges_um.min() / 2:.4g}"
+        )
+    inside_um = np.mod(position_um, edges_um)
+    inside_um[inside_um >= edges_um] = 0.0  # a rounded -1e-17
+    receivers, senders = candidate_pairs(inside_um, np.zeros(3), edges_um, cutoff_um)
+    order = np.lexsort((senders, receivers))
+    receivers, senders = receivers[order], senders[order]
+    separation_um = minimum_image(inside_um[senders] - inside_um[receivers], edges_um)
+    near = np.sum(separation_um**2, axis=1) <= cutoff_um**2
+    return receivers[near], senders[near], separation_um[near]

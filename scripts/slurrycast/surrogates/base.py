@@ -80,8 +80,9 @@ class Surrogate:
 
     Notes
     -----
-    `settings` are the section of the configuration with the surrogate's name, the groups of the variant, and `seed` in
-    `fit` and `train`; with `learns_from` "frames" also `input_frames` and `target_frame`.
+    `settings` are the section of the configuration with the surrogate's name (empty if there is none), the groups
+    of the variant, and `seed` in `fit` and `train`; with `learns_from` "frames" also `input_frames` and
+    `target_frame`.
     """
 
     name: str

@@ -6,7 +6,7 @@ import os
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.base import REGISTERED, Surrogate
 
-# Modules of this package, each with a subclass of Surrogate of the same name; in the order of messages.
+# Modules of this package, each with a subclass of Surrogate of the same name. Messages list them in this order.
 NAMES = (
     "persistence",
     "affine",

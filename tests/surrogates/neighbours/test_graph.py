@@ -7,9 +7,10 @@ import pytest
 from MDAnalysis.lib.distances import self_capped_distance
 from slurries import EDGES_UM, answer, slurry
 
+from slurrycast.data.neighbour_search import neighbour_pairs
 from slurrycast.data.periodic import minimum_image
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.neighbours.graph import neighbour_pairs
+from slurrycast.surrogates.neighbours.graph import checked_pairs
 
 
 @pytest.mark.parametrize("cutoff_um", [0.9, 1.6, 2.1])  # up to half the shortest edge
@@ -59,4 +60,4 @@ def test_cutoff_beyond_half_the_box_is_refused(model):
 def test_cutoff_without_neighbours_is_refused():
     place_um = np.array([[0.0, 0, 0], [1, 1, 1]])
     with pytest.raises(InputError, match=r"cutoff_um = 0\.5: must be above the distance of the closest particles"):
-        neighbour_pairs(place_um, EDGES_UM, 0.5)
+        checked_pairs(place_um, EDGES_UM, 0.5)

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from slurries import EDGES_UM, answer, frames_of, particles_of, slurry
 
+from slurrycast.data.neighbour_search import neighbour_pairs
 from slurrycast.report.network_table import read_network
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.neighbours import answers
-from slurrycast.surrogates.neighbours.graph import INPUTS, neighbour_pairs, slurry_graph
+from slurrycast.surrogates.neighbours.graph import INPUTS, slurry_graph
 from slurrycast.surrogates.neighbours.network import DISTANCES_UM, Interaction, build, joined, tensors
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slurrycast.data.frames import Frame, Particles
-from slurrycast.data.neighbour_search import candidate_pairs
-from slurrycast.data.periodic import minimum_image
+from slurrycast.data.neighbour_search import neighbour_pairs
 from slurrycast.runtime.files import InputError
 
 # What the network is fed is of order 1 by these fixed scales. Standardised by the training set, the volume ratio would
@@ -47,47 +46,23 @@ class Graph:
     affine_um: np.ndarray
 
 
-def neighbour_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: float) -> tuple[np.ndarray, ...]:
-    """All ordered pairs of particles within the cutoff, in a periodic box.
+def checked_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: float) -> tuple[np.ndarray, ...]:
+    """Pairs as `neighbour_search.neighbour_pairs` gives them, (m,), (m,) and (m, 3).
 
-    Parameters
-    ----------
-    position_um
-        Positions (n, 3), which may be unwrapped.
-    edges_um
-        Edges (3,) of the box.
-    cutoff_um
-        Largest distance.
-
-    Returns
-    -------
-    tuple
-        Receivers (m,), senders (m,) and separations (m, 3) from receiver to sender in um, sorted by the first two.
-
-    Raises
-    ------
-    InputError
-        If the cutoff is above half the shortest edge, where a particle would have to hear from two images of another,
-        or so short that there are no pairs.
+    InputError if the cutoff is above half the shortest edge, or so short that there are no pairs.
     """
     if cutoff_um > edges_um.min() / 2:
         raise InputError(
             f"surrogate.neighbours.cutoff_um = {cutoff_um:g}: must be at most {edges_um.min() / 2:.4g}, half the "
             "shortest edge of the final box"
         )
-    inside_um = np.mod(position_um, edges_um)
-    inside_um[inside_um >= edges_um] = 0.0  # a rounded -1e-17
-    receivers, senders = candidate_pairs(inside_um, np.zeros(3), edges_um, cutoff_um)
-    order = np.lexsort((senders, receivers))
-    receivers, senders = receivers[order], senders[order]
-    separation_um = minimum_image(inside_um[senders] - inside_um[receivers], edges_um)
-    near = np.sum(separation_um**2, axis=1) <= cutoff_um**2
-    if not near.any():
+    pairs = neighbour_pairs(position_um, edges_um, cutoff_um)
+    if not len(pairs[0]):
         raise InputError(
             f"surrogate.neighbours.cutoff_um = {cutoff_um:g}: must be above the distance of the closest particles, "
             "no two are neighbours"
         )
-    return receivers[near], senders[near], separation_um[near]
+    return pairs
 
 
 def scaled_places(frame: Frame) -> np.ndarray:
@@ -112,7 +87,7 @@ def slurry_graph(particles: Particles, frames: Sequence[Frame], final_edges_um: 
     affine_um = np.stack([scaled_places(frame) * final_edges_um for frame in frames], axis=1)
     past_um = np.diff(affine_um, axis=1)
     past_um -= past_um.mean(axis=0)
-    receivers, senders, separation_um = neighbour_pairs(affine_um[:, -1], final_edges_um, cutoff_um)
+    receivers, senders, separation_um = checked_pairs(affine_um[:, -1], final_edges_um, cutoff_um)
     log_volumes = [np.log(edges_um).sum() for edges_um in (frames[-2].edges_um, frames[-1].edges_um, final_edges_um)]
     shrinkage = [log_volumes[2] - log_volumes[1], (log_volumes[0] - log_volumes[1]) / TYPICAL_SHRINKAGE]
     scalars = [
