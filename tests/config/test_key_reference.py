@@ -28,7 +28,7 @@ def test_schemas_are_valid_and_refuse_unknown_keys_at_every_level(name):
 
 
 def test_readme_is_in_step_with_schema_and_configuration():
-    assert README.partition(reference.GENERATED)[2] == reference.reference()
+    assert README.partition(reference.GENERATED)[2] == reference.reference(), reference.GENERATED
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.stem)

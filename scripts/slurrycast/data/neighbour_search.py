@@ -1,7 +1,7 @@
 """Search for neighbouring particles in a periodic box, by freud on one thread.
 
 freud computes in float32 in a box about the origin. Pairs are therefore searched a little further than asked for, and
-the caller decides in float64 which of them count.
+the caller decides in float64 which of them count. A network imports this module: an edit repeats its training.
 """
 
 from typing import TYPE_CHECKING

@@ -3,7 +3,7 @@
 REQUIRED INPUTS:
     frames/{slurry}.h5
     hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5; relaxed-<steps>.h5 by rule relax_slurry
-    structure/{source}/{slurry}.csv, {slurry}_rdf.csv
+    structure/{source}/{slurry}.csv, {slurry}_rdf.csv: by rule measure_structure in noise.smk
     costs/relax_slurry/, tables/noise.csv
     config[evaluation]
 
