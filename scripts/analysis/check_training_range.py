@@ -12,18 +12,16 @@ differ between slurries since particles are whole: they are not while a slurry o
 each phase and a particle of each of its size classes, would be inside.
 """
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import pandas as pd
-
 from slurrycast.analysis.training_range import State, compare_with_training, state
 from slurrycast.data.frames import read_frames
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.data.tables import write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import InputError
 
 
 def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str, State, list[float]]:
@@ -33,34 +31,30 @@ def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str
         return str(store.attributes["slurry"]), state(store, frame), densities_g_cm3
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--training", "DEM frames of slurries to learn from", nargs="+")
     parser.add_input("--predicted", "DEM frames of the others", nargs="+")
-    parser.add_argument("--roles", nargs="+", required=True, help="role of each of --predicted, in order")
-    parser.add_argument("--last-input-frame", type=int, required=True, help="number of the frame that is looked at")
-    parser.add_argument(
-        "--first-frame-seen",
-        type=int,
-        help="number of the frame from which on the density was seen (default: the last)",
-    )
+    parser.add_value("--roles", "role of each of --predicted, in order", nargs="+")
+    parser.add_value("--last-input-frame", "number of the frame that is looked at", type=int)
+    meaning = "number of the frame from which on the density was seen (default: the last)"
+    parser.add_value("--first-frame-seen", meaning, type=int, default=None)
     parser.add_output("--table", "table of slurries and quantities (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "roles")
-    if args.first_frame_seen is None:
-        args.first_frame_seen = args.last_input_frame
-    if not 0 <= args.first_frame_seen <= args.last_input_frame:
-        parser.error(
-            f"--first-frame-seen {args.first_frame_seen}: must be from 0 to --last-input-frame {args.last_input_frame}"
-        )
-    return args
+    parser.one_each("predicted", "roles")
+    parser.add_check(wrong_frame_seen)
 
 
-def main() -> None:
+def wrong_frame_seen(args: Namespace) -> str | None:
+    """Set the default of the first frame seen; what is wrong with it, if anything is."""
+    first, last = args.first_frame_seen, args.last_input_frame
+    if first is None:
+        args.first_frame_seen = first = last
+    return None if 0 <= first <= last else f"--first-frame-seen {first}: must be from 0 to --last-input-frame {last}"
+
+
+def main(args: Namespace) -> None:
     """Compare every slurry and write the table; those outside are said too."""
-    args = parse_args()
     with measured_cost(args.cost, "check_training_range"):
         earlier = range(args.first_frame_seen, args.last_input_frame)
         read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
@@ -78,8 +72,8 @@ def main() -> None:
             for name, values in compared.items():
                 flag = {"outside": "yes" if values.outside else "no"}
                 rows.append({"slurry": slurry, "role": role, "quantity": name, **asdict(values), **flag})
-        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+        write_table(args.table, rows)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

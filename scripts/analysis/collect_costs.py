@@ -6,17 +6,17 @@ cpu_s, max_rss_mb. Right after run_slurry stands run_slurry_to_input: the part o
 frame, which is all that a hybrid run needs of it.
 """
 
-import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
 
+from slurrycast.data.tables import write_table
 from slurrycast.evaluation.speedup import dem_seconds
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import Cost, read_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import InputError
 
 
 def cost_to_input(path: Path, input_steps: int) -> dict:
@@ -32,25 +32,22 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
     return asdict(cost) | {"max_rss_mb": None}
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--costs", "cost records of all jobs (JSON)", nargs="+")
     parser.add_input("--run-json", "run.json of every DEM run", nargs="+")
-    parser.add_argument("--input-steps", type=int, required=True, help="DEM step of the last input frame")
+    parser.add_value("--input-steps", "DEM step of the last input frame", type=int)
     parser.add_output("--table", "table of costs (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Collect all records and write the table."""
-    args = parse_args()
     rows = [asdict(read_cost(path)) for path in args.costs]
     after_dem = max((place for place, row in enumerate(rows, 1) if row["stage"] == "run_slurry"), default=0)
     rows[after_dem:after_dem] = [cost_to_input(path, args.input_steps) for path in args.run_json]
     table = pd.DataFrame(rows).astype({"particles": "Int64", "steps": "Int64"})
-    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, table)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

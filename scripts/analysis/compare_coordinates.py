@@ -5,15 +5,11 @@ Out: a table (CSV) of one row for each pair and axis (x, y, z, all) with MSE (um
 coordinates less their mean, and the same with suffix _true_box for the prediction rescaled to the DEM's box.
 """
 
-import argparse
-
-import pandas as pd
-
 from slurrycast.analysis.errors import AXES, coordinate_errors, true_box_errors
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.data.tables import write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import write_text
 
 MEASURES = ("mse_um2", "mae_um", "r2")
 COLUMNS = ("surrogate", "slurry", "axis", *MEASURES, *(f"{measure}_true_box" for measure in MEASURES))
@@ -35,27 +31,23 @@ def error_rows(predicted: FrameStore, dem: FrameStore, target_frame: int) -> lis
     ]
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_predictions(required=False)
     parser.add_output("--table", "table of errors (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "frames")
-    return args
+    parser.one_each("predicted", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compare every pair and write the table."""
-    args = parse_args()
     with measured_cost(args.cost, "compare_coordinates"):
         rows = []
         for predicted_path, dem_path in zip(args.predicted, args.frames, strict=True):
             with read_frames(predicted_path) as predicted, read_frames(dem_path) as dem:
                 rows += error_rows(predicted, dem, args.target_frame)
-        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+        write_table(args.table, rows, columns=COLUMNS)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -8,33 +8,27 @@ ratio are empty for a new slurry, those to equilibrium also for one that did not
 the start-up of LAMMPS count on both sides; of the extraction of frames, only those up to the last input frame.
 """
 
-import argparse
-
 import pandas as pd
 
-from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table, write_table
 from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_runs
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--cost-table", "tables/cost.csv")
     add_dem_runs(parser)
     parser.add_output("--table", "table of both clocks (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read, compare, write."""
-    args = parse_args()
     costs, equilibrium = read_table(args.cost_table), read_equilibrium(args.equilibrium)
     runs, input_steps = read_runs(args.run_json), dict(args.input_steps)
     tables = [compare_costs(costs, equilibrium, runs, input_steps, clock) for clock in ("wall_s", "cpu_s")]
-    write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
+    write_table(args.table, pd.concat(tables), digits=6)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

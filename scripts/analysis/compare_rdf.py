@@ -5,16 +5,13 @@ Out: a table (CSV) of one row for each of them and pair of phases: end of the ra
 mean over the bins of |g_dem - g_relaxed|, dimensionless.
 """
 
-import argparse
 from pathlib import Path
 
-import pandas as pd
-
 from slurrycast.analysis.rdf import mean_absolute_difference
-from slurrycast.data.tables import read_table
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.data.tables import read_table, write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import InputError
 
 COLUMNS = ("surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference")
 
@@ -38,22 +35,19 @@ def difference_rows(path: Path) -> list[dict]:
     ]
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--rdf", "curves of slurries with a target (CSV), none where all are new", nargs="*")
     parser.add_output("--table", "table of differences (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compare the curves of every file and write the table."""
-    args = parse_args()
     with measured_cost(args.cost, "compare_rdf"):
         rows = [row for path in args.rdf for row in difference_rows(path)]
-        write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+        write_table(args.table, rows, columns=COLUMNS)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

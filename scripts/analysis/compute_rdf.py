@@ -6,7 +6,6 @@ bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a 
 cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
 """
 
-import argparse
 import contextlib
 
 import numpy as np
@@ -14,9 +13,10 @@ import pandas as pd
 
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import FrameStore, Particles, read_frames
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.data.tables import write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import InputError
 
 
 def pair_name(particles: Particles, phases: list[str]) -> str:
@@ -50,24 +50,23 @@ def rdf_table(
     return pd.concat(tables)
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--frames", "DEM frames of the slurry (HDF5)")
     parser.add_input("--predicted", "predicted structure (HDF5)")
     parser.add_input("--relaxed", "relaxed structure (HDF5)")
-    parser.add_argument("--target-frame", type=int, help="number of the DEM frame to compare with; omit if it has none")
-    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
-    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
-    parser.add_argument("--pair", nargs=2, required=True, metavar="PHASE", help="two phases, beside all particles")
+    parser.add_value(
+        "--target-frame", "number of the DEM frame to compare with; omit if it has none", type=int, default=None
+    )
+    parser.add_value("--cutoff-um", "longest distance wanted, um", type=float)
+    parser.add_value("--bins", "number of bins up to --cutoff-um", type=int)
+    parser.add_value("--pair", "two phases, beside all particles", nargs=2, metavar="PHASE")
     parser.add_output("--rdf", "curves (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compute the curves of one slurry and write them."""
-    args = parse_args()
     with measured_cost(args.cost, "compute_rdf") as cost, contextlib.ExitStack() as files:
         dem, predicted, relaxed = (
             files.enter_context(read_frames(path)) for path in (args.frames, args.predicted, args.relaxed)
@@ -81,8 +80,8 @@ def main() -> None:
         table.insert(0, "surrogate", cost.surrogate)
         table.insert(1, "slurry", cost.slurry)
         columns = ["surrogate", "slurry", "pair", "r_um", "g_dem", "g_predicted", "g_relaxed"]
-        write_text(args.rdf, table.reindex(columns=columns).to_csv(index=False, float_format="%.9g"))
+        write_table(args.rdf, table.reindex(columns=columns))
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -6,17 +6,15 @@ with a warning where it exceeds the bound; drift and time_to_equilibrium_us are 
 input frame (role new), and so is the warning.
 """
 
-import argparse
 import json
 import sys
 
 import pandas as pd
 
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.dem.equilibrium import equilibrium
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import write_text
 
 
 def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:
@@ -47,24 +45,19 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
     }
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--run-json", "run.json of every slurry", nargs="+")
     parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
-    parser.add_argument("--roles", nargs="+", required=True, help="train, validation, test or new; in the same order")
-    parser.add_argument("--max-density-drift", type=float, required=True, help="relative drift above which to warn")
+    parser.add_value("--roles", "train, validation, test or new; in the same order", nargs="+")
+    parser.add_value("--max-density-drift", "relative drift above which to warn", type=float)
     parser.add_output("--table", "table of all slurries (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    args = parser.parse_args()
-    if not len(args.run_json) == len(args.thermo) == len(args.roles):
-        parser.error("--run-json, --thermo and --roles: as many of each are needed")
-    return args
+    parser.as_many_of_each("run_json", "thermo", "roles")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Measure all slurries and write the table; warnings go to stderr too."""
-    args = parse_args()
     with measured_cost(args.cost, "measure_equilibrium"):
         rows = []
         for run_path, thermo_path, role in zip(args.run_json, args.thermo, args.roles, strict=True):
@@ -72,8 +65,8 @@ def main() -> None:
             rows.append(equilibrium_row(run, thermo, role, args.max_density_drift))
             if rows[-1]["warning"]:
                 print(f"warning: slurry {run['slurry']}: {rows[-1]['warning']}", file=sys.stderr)
-        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.9g"))
+        write_table(args.table, rows)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -5,33 +5,28 @@ Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids, 
 validation, and the box edges (um) of each slurry at these frames, as HDF5.
 """
 
-import argparse
-
 import numpy as np
 
 from slurrycast.data.dataset import TrainingSet, split, write_training_set
 from slurrycast.data.features import FEATURE_NAMES, particle_history
 from slurrycast.data.frames import read_frames
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--frames", "frame stores of the training slurries", nargs="+")
-    parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
-    parser.add_argument("--target-frame", required=True, type=int, help="frame number of the target")
-    parser.add_argument("--validation-share", required=True, type=float, help="share of the particles, 0 to 1")
-    parser.add_argument("--seed", required=True, type=int, help="seed of the split")
+    parser.add_value("--input-frames", "frame numbers of the input", nargs="+", type=int)
+    parser.add_value("--target-frame", "frame number of the target", type=int)
+    parser.add_value("--validation-share", "share of the particles, 0 to 1", type=float)
+    parser.add_value("--seed", "seed of the split", type=int)
     parser.add_output("--dataset", "data set, HDF5")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Assemble and write."""
-    args = parse_args()
     with measured_cost(args.cost, "assemble_dataset") as cost:
         features, targets, ids, names, input_edges_um, target_edges_um = [], [], [], [], [], []
         for path in args.frames:
@@ -65,4 +60,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

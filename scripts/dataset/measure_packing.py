@@ -5,33 +5,29 @@ Out: nominal packing fraction (volume of all spheres over that of the box) of ea
 mean, as JSON.
 """
 
-import argparse
 import json
 
 import numpy as np
 
 from slurrycast.data.frames import read_frames
 from slurrycast.dem.recipe import sphere_volume_um3
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--frames", type=input_file, nargs="+", help="in: frame stores of the training slurries")
     source.add_argument("--given", type=float, help="a packing fraction to be used as it is")
-    parser.add_argument("--target-frame", type=int, help="number of the frame that is measured")
+    parser.add_value("--target-frame", "number of the frame that is measured", type=int, default=None)
     parser.add_output("--packing", "packing fractions, JSON")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Measure and write."""
-    args = parse_args()
     with measured_cost(args.cost, "measure_packing"):
         fractions = {}
         for path in args.frames or []:
@@ -44,4 +40,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

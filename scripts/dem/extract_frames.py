@@ -6,7 +6,6 @@ coordination numbers and the box of each frame, with units as attributes, and ph
 provenance.
 """
 
-import argparse
 import json
 import shutil
 from collections.abc import Iterator
@@ -18,21 +17,19 @@ from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, wr
 from slurrycast.dem.lammps_dump import DumpFrame, as_frame, read_dump
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import sphere_volume_um3
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--dump", "LAMMPS text dump")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_input("--run", "JSON of run_slurry.py")
     parser.add_argument("--work", type=Path, help="work folder of run_slurry.py, removed when the frames are safe")
     parser.add_output("--frames", "frame store, HDF5")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
 def particles_of(inputs: dict, dump: Path, frame: DumpFrame) -> Particles:
@@ -83,9 +80,8 @@ def check(store: FrameStore, frame: Frame) -> None:
         raise InputError(f"{store.path}: frame {frame.number} reads back differently from the dump")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Convert, then read both files again and compare every frame: the dump is deleted after this."""
-    args = parse_args()
     inputs, run = (json.loads(path.read_text(encoding="utf-8")) for path in (args.inputs, args.run))
     dem = inputs["physics"]["dem"]
     expected = (args.dump, run["frames_written"] - 1, steps_per_frame(dem), dem["timestep_us"])
@@ -108,4 +104,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -6,7 +6,6 @@ Out: a LAMMPS data file (um, g/cm3), pair coefficients of the forces and of the 
 was reached: particles per type, mass fractions, derived seeds. Everything follows from the slurry's seed.
 """
 
-import argparse
 import json
 from dataclasses import asdict
 
@@ -15,27 +14,24 @@ import numpy as np
 from slurrycast.dem import recipe
 from slurrycast.dem.forcefield import coefficients, push_off_coefficients
 from slurrycast.dem.lammps_data import write_data
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--slurry", required=True, help="id of the slurry")
-    parser.add_argument("--physics", required=True, type=json.loads, help="JSON as described above")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--slurry", "id of the slurry")
+    parser.add_value("--physics", "JSON as described above", type=json.loads)
     parser.add_output("--data", "LAMMPS data file")
     parser.add_output("--coefficients", "pair_coeff lines of the real forces")
     parser.add_output("--push-off", "pair_coeff lines of the soft push-off")
     parser.add_output("--inputs", "JSON with counts, fractions reached and seeds")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Write the inputs."""
-    args = parse_args()
     formulation, row = args.physics["formulation"], args.physics["slurry"]
     lennard_jones = args.physics["force_field"]["lennard_jones"]
     with measured_cost(args.cost, "generate_inputs", slurry=args.slurry) as cost:
@@ -70,4 +66,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -12,7 +12,6 @@ The work folder stays until extract_frames.py has the frames: a workflow that is
 outputs asks for them again.
 """
 
-import argparse
 import itertools
 import json
 import shutil
@@ -24,7 +23,7 @@ import pandas as pd
 from slurrycast.dem.chain import Chain, Opening, boundaries, identity
 from slurrycast.dem.lammps_log import Log
 from slurrycast.dem.lammps_run import Launcher, steps_per_frame
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place, write_text
 from slurrycast.runtime.stopping import Stop
@@ -45,18 +44,17 @@ THERMO_COLUMNS = {
 }
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_input("--data", "LAMMPS data file")
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
     parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
-    parser.add_argument("--last-frame", required=True, type=int, help="number of the frame at which the run ends")
-    parser.add_argument("--work", required=True, type=Path, help="work folder, from which a killed run goes on")
+    parser.add_value("--last-frame", "number of the frame at which the run ends", type=int)
+    parser.add_value("--work", "work folder, from which a killed run goes on", type=Path)
     parser.add_lammps()
-    parser.add_argument(
-        "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
+    parser.add_value(
+        "--budget-min", "minutes in which to stop between two segments; 0: no limit", default=0, type=float
     )
     parser.add_output("--attempts", "folder for a log of each attempt")
     parser.add_output("--dump", "all frames, LAMMPS text dump")
@@ -65,7 +63,6 @@ def parse_args() -> argparse.Namespace:
     parser.add_output("--log", "the logs of all LAMMPS processes, one after the other")
     parser.add_output("--run", "summary, JSON")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
 def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
@@ -75,9 +72,8 @@ def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
     return table.astype({"step": int})
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Run, summarise, move the outputs into place."""
-    args = parse_args()
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
     steps = boundaries(steps_per_frame(dem), args.last_frame, dem["segment_frames"], dem["restart_frames"])
@@ -137,4 +133,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

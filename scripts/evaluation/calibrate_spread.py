@@ -6,25 +6,19 @@ Out: JSON with the surrogate, levels, factors (by which spreads are multiplied s
 for the share `level` of coordinates), slurries, and the number of coordinates.
 """
 
-import argparse
-
 from slurrycast.evaluation.uncertainty import calibrate, read_judged
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_predictions(required=True)
     parser.add_output("--calibration", "factors (JSON)")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "frames")
-    return args
+    parser.one_each("predicted", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Calibrate and write."""
-    args = parse_args()
     calibration = calibrate(read_judged(args.predicted, args.frames, args.target_frame))
     calibration.write(args.calibration)
     pairs = zip(calibration.levels, calibration.factors, strict=True)
@@ -33,4 +27,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -7,15 +7,12 @@ slurries; a part of a whole is that of the sums over the slurries. The reference
 another scale.
 """
 
-import argparse
-
 import pandas as pd
 
-from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table, write_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS
 from slurrycast.report import reference_article as article
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 NOT_REPORTED = "not reported"
 
@@ -51,18 +48,14 @@ def terms(speedup: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["term", "unit", "article", "article_says", "ours"])
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--speedup", "tables/speedup.csv")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("speedup", "equilibrium")
     parser.add_output("--table", "table (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read, compare, write."""
-    args = parse_args()
     speedup, equilibrium = read_table(args.speedup), read_equilibrium(args.equilibrium)
     test = equilibrium.slurry[equilibrium.role == "test"]
     wall = speedup[(speedup.clock == "wall_s") & speedup.slurry.isin(test)]
@@ -72,8 +65,8 @@ def main() -> None:
         table.insert(0, "surrogate", surrogate)
         table.insert(1, "slurries", len(rows))
         tables.append(table)
-    write_text(args.table, pd.concat(tables).to_csv(index=False, float_format="%.6g"))
+    write_table(args.table, pd.concat(tables), digits=6)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

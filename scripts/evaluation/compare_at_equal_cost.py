@@ -9,29 +9,22 @@ logarithm of cost in between. Beyond its ends, the errors are those at the neare
 there, and a note says on which side.
 """
 
-import argparse
-
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.evaluation.front import at_equal_cost
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--front", "tables/front.csv")
-    parser.add_input("--skill", "tables/skill.csv")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("front", "skill")
     parser.add_output("--table", "table (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read, compare, write."""
-    args = parse_args()
     table = at_equal_cost(read_table(args.front), read_table(args.skill))
-    write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
+    write_table(args.table, table, digits=6)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -11,19 +11,18 @@ prediction have), cpu_s of the relaxation, and within_band: density within 2 sta
 --rdf-tolerance.
 """
 
-import argparse
 import json
 
 import pandas as pd
 
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.evaluation.noise import curves_of_replicas, read_noise
 from slurrycast.evaluation.relaxation import COLUMNS, Structure, relaxation_errors
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import read_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import InputError
 
 
 def structure_of(store: FrameStore, cutoff_um: float, bins: int) -> Structure:
@@ -42,9 +41,8 @@ def one_value(table: pd.DataFrame, quantity: str, of: str) -> float:
     return float(values.iloc[0])
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--relaxed", "relaxed structures (HDF5)", nargs="+")
     parser.add_input("--relaxation-costs", "their cost records (JSON) of relax_slurry, in order", nargs="+")
     parser.add_input("--structure", "quantities of the predictions (CSV)", nargs="+")
@@ -52,19 +50,15 @@ def parse_args() -> argparse.Namespace:
     parser.add_input("--dem-rdf", "curves of the DEM (CSV)", nargs="+")
     parser.add_input("--noise", "noise of the DEM (CSV)")
     parser.add_input("--replica-rdf", "curves of the replicas that the noise is of (CSV)", nargs="+")
-    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um, as of the curves")
-    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um, as of the curves")
-    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
+    parser.add_value("--cutoff-um", "longest distance wanted, um, as of the curves", type=float)
+    parser.add_value("--bins", "number of bins up to --cutoff-um, as of the curves", type=int)
+    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_output("--table", "table of all relaxations (CSV)")
-    args = parser.parse_args()
-    if len(args.relaxed) != len(args.relaxation_costs):
-        parser.error(f"{len(args.relaxed)} --relaxed but {len(args.relaxation_costs)} --relaxation-costs: one each")
-    return args
+    parser.one_each("relaxed", "relaxation_costs")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Measure the relaxed structures, compare them and write the table."""
-    args = parse_args()
     noise = read_noise(args.noise)
     replica_curves = curves_of_replicas(pd.concat(map(read_table, args.replica_rdf)))
     measured = pd.concat(map(read_table, args.structure))
@@ -97,8 +91,8 @@ def main() -> None:
         names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
         tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
     table = pd.concat(tables)
-    write_text(args.table, table.to_csv(index=False, columns=COLUMNS, float_format="%.9g"))
+    write_table(args.table, table, columns=COLUMNS)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -9,15 +9,14 @@ over the same bins, as far as the boxes of the replicas reach. replica_sd is tha
 size, scaled with (number of particles)^-1/2.
 """
 
-import argparse
 from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.evaluation.noise import RDF_PREFIX, Noise, curves_of_replicas, rdf_difference, read_noise
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 
 COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd")
 
@@ -66,9 +65,8 @@ def _of_dem(results: dict, slurry: str, name: str) -> float | pd.DataFrame:
     return results[slurry, name]
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--structure", "quantities of surrogates and slurries (CSV)", nargs="*")
     parser.add_input("--rdf", "curves (CSV), one file for each --structure, in order", nargs="*")
     parser.add_input("--dem-structure", "quantities of the DEM (CSV)", nargs="*")
@@ -76,14 +74,11 @@ def parse_args() -> argparse.Namespace:
     parser.add_input("--noise", "noise of the DEM (CSV)")
     parser.add_input("--replica-rdf", "curves of the replicas that the noise is of (CSV)", nargs="*")
     parser.add_output("--table", "table of structural errors (CSV)")
-    args = parser.parse_args()
-    parser.one_each(args, "structure", "rdf")
-    return args
+    parser.one_each("structure", "rdf")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compare every structure and write the table."""
-    args = parse_args()
     noise = read_noise(args.noise)
     dem = {
         (row.slurry, row.quantity): row.value
@@ -96,8 +91,8 @@ def main() -> None:
     rows = []
     for structure_path, rdf_path in zip(args.structure, args.rdf, strict=True):
         rows += error_rows(structure_path, rdf_path, dem, dem_curves, noise, replica_curves)
-    write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, rows, columns=COLUMNS)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -7,41 +7,35 @@ end over those of the full DEM, the making of the inputs counted on both sides),
 the DEM - 1|), rdf_error (mean |g - g_dem|, all pairs of particles), both after relaxation.
 """
 
-import argparse
-
-from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table, write_table
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.evaluation.front import front
 from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input(
         "--costs",
         "cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry",
         nargs="+",
     )
     add_dem_runs(parser)
-    parser.add_input("--structure-errors", "tables/structure_errors.csv")
+    parser.add_tables("structure_errors")
     parser.add_output("--table", "table of all surrogates and slurries (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read, compare, write."""
-    args = parse_args()
     costs, runs = read_costs(args.costs), read_runs(args.run_json)
     input_steps = dict(args.input_steps)
     frame_steps = steps_per_frame(next(iter(runs.values()))["physics"]["dem"])  # one section dem for all slurries
     last_frames = {label: steps // frame_steps for label, steps in input_steps.items()}
     speedup = compare_costs(costs, read_equilibrium(args.equilibrium), runs, input_steps, "cpu_s")
     table = front(speedup, read_table(args.structure_errors), last_frames)
-    write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
+    write_table(args.table, table, digits=6)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

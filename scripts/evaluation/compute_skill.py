@@ -7,15 +7,15 @@ of `affine`, the floor of the replicated slurry nearest in size, and
 skill = 1 - (MSE - floor) / (MSE of affine - floor).
 """
 
-import argparse
 from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.frames import read_frames
+from slurrycast.data.tables import write_table
 from slurrycast.evaluation.noise import Noise, final_mse_um2, read_noise, skill
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 
 COLUMNS = ("surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill")
 REFERENCE = "affine"
@@ -43,25 +43,21 @@ def with_skill(rows: list[dict]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_predictions(required=False)
     parser.add_input("--noise", "noise of the DEM (CSV)")
     parser.add_output("--table", "table of skills (CSV)")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "frames")
-    return args
+    parser.one_each("predicted", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compute the skill of every prediction and write the table."""
-    args = parse_args()
     noise = read_noise(args.noise)
     pairs = zip(args.predicted, args.frames, strict=True)
     table = with_skill([error_row(predicted, dem, args.target_frame, noise) for predicted, dem in pairs])
-    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, table)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

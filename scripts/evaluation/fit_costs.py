@@ -10,19 +10,15 @@ surrogate that needs none), both empty for a model trained elsewhere; median sec
 after how many slurries the training, alone and with the training slurries, is paid back (empty where nothing is saved).
 """
 
-import argparse
-
 import pandas as pd
 
-from slurrycast.data.tables import read_equilibrium
+from slurrycast.data.tables import read_equilibrium, write_table
 from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs, scaling
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input(
         "--costs",
         "cost records (JSON) of generate_inputs, extract_frames, predict_slurry, wrap_slurry, relax_slurry, "
@@ -31,20 +27,18 @@ def parse_args() -> argparse.Namespace:
         nargs="+",
     )
     add_dem_runs(parser)
-    parser.add_argument(
+    parser.add_value(
         "--learns-from-dem",
+        "surrogates that need the training slurries, for a model or for the mean packing fraction",
         nargs="*",
         default=[],
         metavar="LABEL",
-        help="surrogates that need the training slurries, for a model or for the mean packing fraction",
     )
     parser.add_output("--table", "table of both clocks (CSV)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read, fit, write."""
-    args = parse_args()
     costs, runs = read_costs(args.costs), read_runs(args.run_json)
     equilibrium = read_equilibrium(args.equilibrium)
     speedup = pd.concat(
@@ -52,8 +46,8 @@ def main() -> None:
     )
     roles = dict(zip(equilibrium.slurry, equilibrium.role, strict=True))
     table = scaling(speedup, costs, roles, set(args.learns_from_dem))
-    write_text(args.table, table.to_csv(index=False, float_format="%.6g"))
+    write_table(args.table, table, digits=6)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -9,13 +9,12 @@ all bins that all of them have. For perturbation_floor_um2, mean is the mean squ
 from its original at the target frame.
 """
 
-import argparse
 from pathlib import Path
 
 import pandas as pd
 
 from slurrycast.data.frames import read_frames
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.evaluation.noise import (
     COLUMNS,
     FLOOR,
@@ -25,8 +24,8 @@ from slurrycast.evaluation.noise import (
     rdf_spread,
     replicated_slurry,
 )
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 
 
 def replica_rows(slurry: str, structure: pd.DataFrame, curves: pd.DataFrame) -> list[dict]:
@@ -59,32 +58,28 @@ def perturbed_row(perturbed_path: Path, dem_path: Path, target_frame: int) -> di
         }
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--structure", "quantities of all replicas (CSV)", nargs="+")
     parser.add_input("--rdf", "curves of the same replicas (CSV)", nargs="+")
     parser.add_input("--perturbed", "ends of the perturbed runs (HDF5)", nargs="+")
     parser.add_input("--frames", "DEM frames (HDF5), one for each of --perturbed, in order", nargs="+")
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+    parser.add_value("--target-frame", "number of the DEM frame to compare with", type=int)
     parser.add_output("--table", "table of the noise (CSV)")
-    args = parser.parse_args()
-    parser.one_each(args, "structure", "rdf")
-    parser.one_each(args, "perturbed", "frames")
-    return args
+    parser.one_each("structure", "rdf")
+    parser.one_each("perturbed", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Measure replicas and perturbed runs and write the table."""
-    args = parse_args()
     structure, curves = (pd.concat(map(read_table, paths)) for paths in (args.structure, args.rdf))
     rows = []
     for slurry, of_slurry in structure.groupby(structure.slurry.map(replicated_slurry), sort=False):
         rows += replica_rows(slurry, of_slurry, curves[curves.slurry.isin(of_slurry.slurry)])
     for perturbed_path, dem_path in zip(args.perturbed, args.frames, strict=True):
         rows.append(perturbed_row(perturbed_path, dem_path, args.target_frame))
-    write_text(args.table, pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, rows, columns=COLUMNS)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -8,7 +8,6 @@ and every pair of phases: r_um, the centre of the bin, and g. The bin width is c
 min(cutoff, 0.49 x the shortest edge of the structure's own box).
 """
 
-import argparse
 import contextlib
 
 import pandas as pd
@@ -16,8 +15,8 @@ import pandas as pd
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.analysis.structure import structure_measures
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import write_text
+from slurrycast.data.tables import write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 STRUCTURE_COLUMNS = ("surrogate", "slurry", "stage", "quantity", "value")
 RDF_COLUMNS = ("surrogate", "slurry", "stage", "pair", "r_um", "g")
@@ -38,27 +37,28 @@ def tables_of(store: FrameStore, frame: int, stage: str, cutoff_um: float, bins:
     return [table.assign(surrogate=surrogate, slurry=store.attributes["slurry"], stage=stage) for table in tables]
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--dem", "DEM frames of the slurry (HDF5), with --target-frame", required=False)
-    parser.add_argument("--target-frame", type=int, help="number of the DEM frame to measure")
+    parser.add_value("--target-frame", "number of the DEM frame to measure", type=int, default=None)
     parser.add_input("--predicted", "predicted structure (HDF5), with --relaxed", required=False)
     parser.add_input("--relaxed", "relaxed structure (HDF5)", required=False)
-    parser.add_argument("--cutoff-um", type=float, required=True, help="longest distance wanted, um")
-    parser.add_argument("--bins", type=int, required=True, help="number of bins up to --cutoff-um")
+    parser.add_value("--cutoff-um", "longest distance wanted, um", type=float)
+    parser.add_value("--bins", "number of bins up to --cutoff-um", type=int)
     parser.add_output("--structure", "quantities (CSV)")
     parser.add_output("--rdf", "curves (CSV)")
-    args = parser.parse_args()
-    given = [name for name in ("dem", "target_frame", "predicted", "relaxed") if getattr(args, name) is not None]
-    if given not in (["dem", "target_frame"], ["predicted", "relaxed"]):
-        parser.error("either --dem and --target-frame, or --predicted and --relaxed are needed")
-    return args
+    parser.add_check(wrong_mix)
 
 
-def main() -> None:
+def wrong_mix(args: Namespace) -> str | None:
+    """What is wrong if the inputs are neither those of the DEM nor those of a prediction."""
+    inputs = [name for name in ("dem", "target_frame", "predicted", "relaxed") if getattr(args, name) is not None]
+    fits = inputs in (["dem", "target_frame"], ["predicted", "relaxed"])
+    return None if fits else "either --dem and --target-frame, or --predicted and --relaxed are needed"
+
+
+def main(args: Namespace) -> None:
     """Measure the structures and write both tables."""
-    args = parse_args()
     with contextlib.ExitStack() as files:
         if args.dem:
             dem = files.enter_context(read_frames(args.dem))
@@ -72,8 +72,8 @@ def main() -> None:
         for path, tables, columns in zip(
             (args.structure, args.rdf), zip(*results, strict=True), (STRUCTURE_COLUMNS, RDF_COLUMNS), strict=True
         ):
-            write_text(path, pd.concat(tables).to_csv(index=False, columns=columns, float_format="%.9g"))
+            write_table(path, pd.concat(tables), columns=columns)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -10,12 +10,12 @@ Out: a table (CSV), one row for each pair and level:
     mean_spread_um, rms_error_um    over all coordinates
 """
 
-import argparse
 import json
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from slurrycast.data.tables import write_table
 from slurrycast.evaluation.uncertainty import (
     Calibration,
     Judged,
@@ -24,8 +24,8 @@ from slurrycast.evaluation.uncertainty import (
     read_calibration,
     read_judged,
 )
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 
 COLUMNS = (
     *("surrogate", "slurry", "role", "level", "factor", "coverage"),
@@ -57,26 +57,22 @@ def uncertainty_table(
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_predictions(required=True)
     parser.add_input("--calibrations", "calibration of each surrogate (JSON)", nargs="+")
-    parser.add_argument("--roles", type=json.loads, required=True, help="JSON: role of each slurry")
+    parser.add_value("--roles", "JSON: role of each slurry", type=json.loads)
     parser.add_output("--table", "table of the uncertainty (CSV)")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "frames")
-    return args
+    parser.one_each("predicted", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Measure every prediction and write the table."""
-    args = parse_args()
     calibrations = [read_calibration(path) for path in args.calibrations]
     judged = read_judged(args.predicted, args.frames, args.target_frame)
     table = uncertainty_table(judged, calibrations, args.roles)
-    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, table)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -10,7 +10,6 @@ difference between two replicas. A dark rim marks the front: neither another sur
 error, is better at the same or lower cost.
 """
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -27,7 +26,7 @@ from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.report.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vPX*<>hpd8"
@@ -192,21 +191,14 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--front", "tables/front.csv")
-    parser.add_input("--skill", "tables/skill.csv")
-    parser.add_input("--structure-errors", "tables/structure_errors.csv")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_input("--speedup", "tables/speedup.csv")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("front", "skill", "structure_errors", "equilibrium", "speedup")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the tables and draw."""
-    args = parse_args()
     table, equilibrium = read_table(args.front), read_equilibrium(args.equilibrium)
     table = table[table.slurry.isin(equilibrium.slurry[equilibrium.role == "test"])]
     if table.empty:
@@ -221,4 +213,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

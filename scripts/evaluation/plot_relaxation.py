@@ -7,7 +7,6 @@ is the mean of a surrogate over the slurries; variants and surrogates with earli
 is what counts as reached.
 """
 
-import argparse
 from collections.abc import Mapping
 
 import numpy as np
@@ -21,7 +20,7 @@ from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
 from slurrycast.report.figures import FAINT, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
 PANELS = {
@@ -63,18 +62,15 @@ def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--relaxation", "tables/relaxation.csv")
-    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("relaxation")
+    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the table and draw."""
-    args = parse_args()
     table = read_table(args.relaxation)
     if table.empty:
         raise InputError(f"{args.relaxation}: no relaxation in it")
@@ -82,4 +78,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -5,15 +5,13 @@ Out: PNG with one row for each surrogate: one numbered dot for each slurry and a
 axis stand at its left edge with their value.
 """
 
-import argparse
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
 MEDIAN = "#b9c2ca"
@@ -51,17 +49,14 @@ def draw_skill(skill: pd.DataFrame) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--skill", "tables/skill.csv")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("skill")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the table and draw the dots."""
-    args = parse_args()
     skill = read_table(args.skill).dropna(subset=["skill"])
     if skill.empty:
         raise InputError(f"{args.skill}: no skill in it")
@@ -69,4 +64,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

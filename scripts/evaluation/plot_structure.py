@@ -5,8 +5,6 @@ Out: PNG with one row for each quantity and one column for each surrogate: the m
 |value - dem_value| / replica_sd. Two DEM runs with other seeds differ by about 1.
 """
 
-import argparse
-
 import numpy as np
 import pandas as pd
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
@@ -16,7 +14,7 @@ from slurrycast.data.tables import read_table
 from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
 from slurrycast.report.names import quantity_name
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 # From what noise alone gives to what is plainly off; colours do not tell beyond.
 LOWEST, HIGHEST = 1.0, 30.0
@@ -51,18 +49,15 @@ def draw_structure(mean_in_sd: pd.DataFrame) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--structure-errors", "tables/structure_errors.csv")
-    parser.add_argument("--slurries", nargs="+", required=True, help="slurries that means run over")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("structure_errors")
+    parser.add_value("--slurries", "slurries that means run over", nargs="+")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the table and draw it."""
-    args = parse_args()
     table = deviations(read_table(args.structure_errors))
     shown = table[(table.stage == "relaxed") & table.slurry.isin(args.slurries)]
     means = shown.pivot_table(index="quantity", columns="surrogate", values="in_sd", sort=False, dropna=False)
@@ -71,4 +66,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -7,7 +7,6 @@ spread as the standard deviation of a normal error; dots are the calibrated inte
 against spread, in bins of equally many coordinates; numbers name the slurries. Dashed diagonals: what is expected.
 """
 
-import argparse
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.uncertainty import Judged, binned_um, expected_coverage, read_judged
 from slurrycast.report.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 CURVE_LEVELS = np.linspace(0.02, 0.98, 49)
 BINS = 10
@@ -90,23 +89,19 @@ def draw_uncertainty(judged: Sequence[Judged], table: pd.DataFrame) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_predictions(required=True)
-    parser.add_input("--uncertainty", "tables/uncertainty.csv")
+    parser.add_tables("uncertainty")
     parser.add_output("--figure", "PNG")
-    args = parser.parse_args()
-    parser.one_each(args, "predicted", "frames")
-    return args
+    parser.one_each("predicted", "frames")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read everything and draw it."""
-    args = parse_args()
     judged = read_judged(args.predicted, args.frames, args.target_frame)
     save_figure(draw_uncertainty(judged, read_table(args.uncertainty)), args.figure)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

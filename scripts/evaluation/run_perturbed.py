@@ -13,7 +13,6 @@ inputs, and ends with the same numbers. It stops on purpose as run_slurry.py doe
 perturbed run written.
 """
 
-import argparse
 import contextlib
 import json
 import shutil
@@ -25,7 +24,7 @@ from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, refuse_lost_history, steps_per_frame
 from slurrycast.dem.recipe import derived_seed
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 from slurrycast.runtime.stopping import Stop
 from slurrycast.runtime.work_folder import attempt_log, work_folder
@@ -34,38 +33,33 @@ LAMMPS_SCRIPTS = ("displace.lmp", "slurry.lmp")
 START = "start.restart"  # in the work folder
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--restart", "LAMMPS restart file of --first-frame")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
     parser.add_input("--frames", "DEM frames of the slurry, HDF5")
-    parser.add_argument(
-        "--first-frame", required=True, type=int, help="number of the frame that the perturbed run starts from"
-    )
-    parser.add_argument(
-        "--target-frame", required=True, type=int, help="number of the frame at which the perturbed run ends"
-    )
-    parser.add_argument("--displacement-um", required=True, type=float, help="longest displacement of a coordinate, um")
-    parser.add_argument(
-        "--work", required=True, type=Path, help="work folder, from which a killed perturbed run goes on"
-    )
+    parser.add_value("--first-frame", "number of the frame that the perturbed run starts from", type=int)
+    parser.add_value("--target-frame", "number of the frame at which the perturbed run ends", type=int)
+    parser.add_value("--displacement-um", "longest displacement of a coordinate, um", type=float)
+    parser.add_value("--work", "work folder, from which a killed perturbed run goes on", type=Path)
     parser.add_lammps()
-    parser.add_argument(
-        "--budget-min", default=0, type=float, help="minutes in which to stop between two segments; 0: no limit"
+    parser.add_value(
+        "--budget-min", "minutes in which to stop between two segments; 0: no limit", default=0, type=float
     )
     parser.add_output("--attempts", "folder for a log of each attempt", required=False)
     parser.add_output("--perturbed", "the perturbed run at the target frame, HDF5")
-    args = parser.parse_args()
-    if not 0 <= args.first_frame < args.target_frame:
-        parser.error(f"--first-frame {args.first_frame}: must be from 0 to below --target-frame {args.target_frame}")
-    return args
+    parser.add_check(wrong_first_frame)
 
 
-def main() -> None:
+def wrong_first_frame(args: Namespace) -> str | None:
+    """What is wrong with the first frame, if anything is."""
+    first, target = args.first_frame, args.target_frame
+    return None if 0 <= first < target else f"--first-frame {first}: must be from 0 to below --target-frame {target}"
+
+
+def main(args: Namespace) -> None:
     """Run and write."""
-    args = parse_args()
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
     frame_steps = steps_per_frame(dem)
@@ -118,4 +112,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -5,45 +5,34 @@ names: skill, structure, front, relaxation, uncertainty.
 Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 
-import argparse
 import json
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.evaluation_results import Evaluation
 from slurrycast.report.sections import evaluation_html
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--run", required=True, help="name of the run, for the title")
-    parser.add_argument("--networks", nargs="*", default=[], help="labels to hold against affine and early_dem")
-    parser.add_argument(
-        "--density-tolerance", type=float, required=True, help="largest density error, as a share of the DEM's"
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--run", "name of the run, for the title")
+    parser.add_value("--networks", "labels to hold against affine and early_dem", nargs="*", default=[])
+    parser.add_value("--density-tolerance", "largest density error, as a share of the DEM's", type=float)
+    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
+    parser.add_value("--relaxed-for", "JSON: steps of relaxation by label", type=json.loads)
+    parser.add_tables(
+        "equilibrium", "skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs"
     )
-    parser.add_argument("--rdf-tolerance", type=float, required=True, help="largest RDF difference, in replica spreads")
-    parser.add_argument("--relaxed-for", required=True, type=json.loads, help="JSON: steps of relaxation by label")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_input("--skill", "tables/skill.csv")
-    parser.add_input("--noise", "tables/noise.csv")
-    parser.add_input("--structure-errors", "tables/structure_errors.csv")
-    parser.add_input("--front", "tables/front.csv")
-    parser.add_input("--equal-cost", "tables/equal_cost.csv")
-    parser.add_input("--cost-scaling", "tables/cost_scaling.csv")
-    parser.add_input("--article-costs", "tables/article_costs.csv")
     parser.add_input("--ablation", "tables/ablation.csv, where the run has one", required=False)
     parser.add_input("--relaxation", "tables/relaxation.csv, where the run has one", required=False)
     parser.add_input("--uncertainty", "tables/uncertainty.csv, where a surrogate has a spread", required=False)
     parser.add_input("--figures", "figures (PNG)", nargs="+")
     parser.add_output("--page", "evaluation.html")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read everything and write the page."""
-    args = parse_args()
     equilibrium = read_equilibrium(args.equilibrium)
     tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
     evaluation = Evaluation(
@@ -63,4 +52,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

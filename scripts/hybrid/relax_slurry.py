@@ -8,7 +8,6 @@ In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inp
 Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5).
 """
 
-import argparse
 import json
 import shutil
 from pathlib import Path
@@ -16,37 +15,31 @@ from pathlib import Path
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place
 from slurrycast.runtime.work_folder import work_folder
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--wrapped", "LAMMPS data file of the wrapped prediction")
     parser.add_input("--predicted", "predicted microstructure, HDF5")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
     parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
-    parser.add_argument(
-        "--settings",
-        required=True,
-        type=json.loads,
-        help="JSON: steps, pressure_damping_us, start_temperature_k, push_off_iterations",
+    parser.add_value(
+        "--settings", "JSON: steps, pressure_damping_us, start_temperature_k, push_off_iterations", type=json.loads
     )
-    parser.add_argument("--work", required=True, type=Path, help="work folder; kept with the logs if LAMMPS fails")
+    parser.add_value("--work", "work folder; kept with the logs if LAMMPS fails", type=Path)
     parser.add_lammps()
     parser.add_output("--relaxed-data", "LAMMPS data file")
     parser.add_output("--relaxed", "relaxed microstructure, HDF5")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Relax and write."""
-    args = parse_args()
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     steps, dem = args.settings["steps"], inputs["physics"]["dem"]
     variables = {
@@ -89,4 +82,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

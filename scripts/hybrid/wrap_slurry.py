@@ -4,30 +4,26 @@ In: predicted unwrapped coordinates (um, HDF5) and the type table of the slurry 
 Out: a LAMMPS data file with every particle inside the box.
 """
 
-import argparse
 import json
 
 from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import wrap
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.recipe import particle_types
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--predicted", "predicted microstructure, HDF5")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_output("--wrapped", "LAMMPS data file")
     parser.add_output("--cost", "cost record, JSON")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Wrap and write."""
-    args = parse_args()
     types = particle_types(json.loads(args.inputs.read_text())["physics"]["formulation"]["phases"])
     with read_frames(args.predicted) as store:
         slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
@@ -41,4 +37,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

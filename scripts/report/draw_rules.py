@@ -4,25 +4,21 @@ In: the effective configuration (YAML).
 Out: the graph in DOT, as `snakemake --rulegraph` prints it.
 """
 
-import argparse
 import subprocess
 import sys
 
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import RunError, write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--config", "effective configuration, YAML")
     parser.add_output("--rulegraph", "graph of the rules, DOT")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Ask and write."""
-    args = parse_args()
     command = [sys.executable, "-m", "snakemake", "--rulegraph", "--configfile", args.config]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
@@ -31,4 +27,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

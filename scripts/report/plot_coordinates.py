@@ -6,7 +6,6 @@ below it the deviation, coloured by phase.
 Coordinates are unwrapped, and their mean over the particles is taken from both.
 """
 
-import argparse
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,7 +15,7 @@ from matplotlib.lines import Line2D
 from slurrycast.analysis.errors import CoordinateError, coordinate_errors
 from slurrycast.data.frames import FrameStore, Particles, read_frames
 from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
 def centred_position_um(store: FrameStore, k: int) -> np.ndarray:
@@ -73,20 +72,17 @@ def draw_coordinates(
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of --predicted")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogates", "labels, in the order of --predicted", nargs="+")
     parser.add_input("--predicted", "predicted.h5 (one frame) of each", nargs="+")
     parser.add_input("--frames", "DEM frames of the same slurry")
-    parser.add_argument("--target-frame", type=int, required=True, help="frame that was predicted")
+    parser.add_value("--target-frame", "frame that was predicted", type=int)
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the structures and draw them."""
-    args = parse_args()
     predicted_um = {}
     for surrogate, path in zip(args.surrogates, args.predicted, strict=True):
         with read_frames(path) as store:
@@ -99,4 +95,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -5,8 +5,6 @@ Out: PNG with one panel for each surrogate. Each slurry has a bar with the parts
 is in equilibrium and where it ends, and how many times the hybrid run fits in these.
 """
 
-import argparse
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -15,7 +13,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.report.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
 PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTED, FAINT, RELAXED), strict=True))
@@ -76,18 +74,15 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_input("--speedup", "tables/speedup.csv")
-    parser.add_argument("--surrogates", nargs="+", required=True, help="names in the table, one panel each")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_tables("speedup")
+    parser.add_value("--surrogates", "names in the table, one panel each", nargs="+")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the table and draw the bars."""
-    args = parse_args()
     wall = read_table(args.speedup).query("clock == 'wall_s'")
     for surrogate in args.surrogates:
         if surrogate not in set(wall.surrogate):
@@ -97,4 +92,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

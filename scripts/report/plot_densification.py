@@ -5,7 +5,6 @@ In: thermo.csv of each slurry (columns time_us, density_g_cm3), in the order of 
 Out: PNG; the input frames of the surrogate are marked as a band, and equilibrium where no warning doubts it.
 """
 
-import argparse
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -18,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
 # the pale end of the map is left out, since it vanishes on white
@@ -67,21 +66,18 @@ def draw_densification(
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of --thermo")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--slurries", "ids, in the order of --thermo", nargs="+")
     parser.add_input("--thermo", "thermo.csv of each slurry", nargs="+")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_argument("--input-frames", nargs="+", type=int, required=True, help="frames given to the surrogate")
-    parser.add_argument("--frame-interval-us", type=float, required=True, help="time between two frames in us")
+    parser.add_tables("equilibrium")
+    parser.add_value("--input-frames", "frames given to the surrogate", nargs="+", type=int)
+    parser.add_value("--frame-interval-us", "time between two frames in us", type=float)
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the curves and draw them."""
-    args = parse_args()
     thermo = {slurry: read_table(path) for slurry, path in zip(args.slurries, args.thermo, strict=True)}
     equilibrium = read_equilibrium(args.equilibrium).set_index("slurry")
     input_times_us = [frame * args.frame_interval_us for frame in args.input_frames]
@@ -89,4 +85,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -7,7 +7,6 @@ how far each hybrid density is from that of the DEM, in percent, on a scale that
 beyond.
 """
 
-import argparse
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +16,7 @@ from matplotlib.figure import Figure
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
 from slurrycast.report.figures import ARTICLE, DEM, FAINT, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart
 LINEAR_PERCENT = 1.0
@@ -76,21 +75,18 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--density", "tables/density_volume.csv (g/cm3)")
-    parser.add_argument("--surrogates", nargs="+", required=True, help="labels in the table, in the order of drawing")
-    parser.add_argument("--slurries", nargs="+", required=True, help="slurries that went through the hybrid chain")
+    parser.add_value("--surrogates", "labels in the table, in the order of drawing", nargs="+")
+    parser.add_value("--slurries", "slurries that went through the hybrid chain", nargs="+")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the table and draw it."""
-    args = parse_args()
     save_figure(draw_density(read_table(args.density), args.slurries, args.surrogates), args.figure)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

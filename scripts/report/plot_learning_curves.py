@@ -6,15 +6,13 @@ without learning curves.
 Out: PNG with one panel for each measure, on a logarithmic scale.
 """
 
-import argparse
-
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 MEASURES = (
     ("loss", "val_loss", "Mean squared error", "MSE (µm²)"),
@@ -47,19 +45,16 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--history", "history.csv of the surrogate")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the history and draw it."""
-    args = parse_args()
     save_figure(draw_learning_curves(read_table(args.history)), args.figure)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

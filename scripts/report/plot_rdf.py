@@ -7,7 +7,6 @@ surrogate, slurry, pair, mean_abs_difference).
 Out: PNG with one panel for each slurry and pair.
 """
 
-import argparse
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import DEM, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 COLUMNS = 4
 PAIR_LABELS = {"all": "all particles"}
@@ -81,20 +80,17 @@ def draw_rdf(
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of drawing")
-    parser.add_argument("--slurries", nargs="+", required=True, help="ids, in the order of drawing")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogates", "labels, in the order of drawing", nargs="+")
+    parser.add_value("--slurries", "ids, in the order of drawing", nargs="+")
     parser.add_input("--rdf", "curves (CSV, r in um), in any order", nargs="+")
-    parser.add_input("--rdf-errors", "tables/rdf_errors.csv")
+    parser.add_tables("rdf_errors")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the curves and draw them."""
-    args = parse_args()
     curves = pd.concat(map(read_table, args.rdf))
     errors = read_table(args.rdf_errors)
     differences = {(row.surrogate, row.slurry, row.pair): row.mean_abs_difference for row in errors.itertuples()}
@@ -102,4 +98,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

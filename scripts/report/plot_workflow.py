@@ -5,7 +5,6 @@ Out: PNG with one box for each rule, in layers from the recipe at the top to the
 follow from others are left out, and so are the rules named by --hide.
 """
 
-import argparse
 import re
 from collections.abc import Collection
 from graphlib import CycleError, TopologicalSorter
@@ -17,7 +16,7 @@ from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
 
 from slurrycast.report.figures import INK, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
 # part of the workflow by the verb that a rule's name starts with
@@ -207,21 +206,18 @@ def draw_workflow(parents: dict[str, set[str]]) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--rulegraph", "DOT file from `snakemake --rulegraph`")
-    parser.add_argument("--hide", nargs="*", default=["all"], help="rules that are not stages (default: all)")
+    parser.add_value("--hide", "rules that are not stages (default: all)", nargs="*", default=["all"])
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the graph and draw it."""
-    args = parse_args()
     parents = read_rule_graph(args.rulegraph.read_text(encoding="utf-8"), args.hide)
     save_figure(draw_workflow(parents), args.figure)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

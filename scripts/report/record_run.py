@@ -7,7 +7,6 @@ the time of this record, and a copy that stays when another commit or other pack
 the checksum of every output (`.checksums/` beside it), so each can be traced to the versions that made it.
 """
 
-import argparse
 import json
 import platform
 import re
@@ -20,20 +19,18 @@ import yaml
 
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime import provenance
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--effective", required=True, type=json.loads, help="configuration as JSON")
-    parser.add_argument("--made-with", required=True, type=json.loads, help="versions as JSON")
-    parser.add_argument("--command", required=True, help="command line of Snakemake")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--effective", "configuration as JSON", type=json.loads)
+    parser.add_value("--made-with", "versions as JSON", type=json.loads)
+    parser.add_value("--command", "command line of Snakemake")
     parser.add_output("--config", "configuration, YAML")
     parser.add_output("--versions", "versions, JSON")
     parser.add_output("--kept", "the same, under the name of these versions")
-    return parser.parse_args()
 
 
 def processor() -> str:
@@ -59,9 +56,8 @@ def lammps_says(executable: str) -> dict[str, str]:
     return {key: " ".join(match[1].split()) if match else "unknown" for key, match in found.items()}
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Write the three files."""
-    args = parse_args()
     write_text(args.config, yaml.safe_dump(args.effective, sort_keys=False, allow_unicode=True))
     packages = provenance.package_versions() | args.made_with["packages"]  # of a Conda environment, if it has one
     versions = {
@@ -79,4 +75,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

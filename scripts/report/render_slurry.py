@@ -9,7 +9,6 @@ PyVista renders without a display, in a child process: where VTK finds no way to
 Flat circles drawn by Matplotlib in the same projection then take the place of the spheres.
 """
 
-import argparse
 import multiprocessing
 import sys
 import tempfile
@@ -28,7 +27,7 @@ from matplotlib.lines import Line2D
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.data.periodic import wrap
 from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0
 PIXELS_PER_UM, MAX_PIXELS = 60, 1400
@@ -188,23 +187,19 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--predicted", "predicted.h5 (one frame)")
     parser.add_input("--relaxed", "relaxed.h5 (one frame)")
     parser.add_input("--frames", "DEM frames with the target; leave out for a new slurry", required=False)
-    parser.add_argument("--target-frame", type=int, help="frame of --frames that was predicted")
+    parser.add_value("--target-frame", "frame of --frames that was predicted", type=int, default=None)
     parser.add_output("--figure", "PNG")
-    args = parser.parse_args()
-    if (args.frames is None) != (args.target_frame is None):
-        parser.error("--frames and --target-frame go together")
-    return args
+    alone = "--frames and --target-frame go together"
+    parser.add_check(lambda args: alone if (args.frames is None) != (args.target_frame is None) else None)
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the structures, render them and put the pictures together."""
-    args = parse_args()
     structures = [
         read_structure(args.predicted, "Predicted, wrapped"),
         read_structure(args.relaxed, "Relaxed (hybrid)"),
@@ -220,4 +215,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -6,7 +6,6 @@ learning_curves_<surrogate>, density, rdf, costs, coordinates_<slurry>, slurry_<
 Out: report.html with embedded images. Units are those of the tables' column names.
 """
 
-import argparse
 import json
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.network_table import read_network
 from slurrycast.report.results import Results
 from slurrycast.report.sections import report_html
-from slurrycast.runtime.command_line import Parser, named_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.files import write_text
 
 
@@ -33,32 +32,27 @@ def described(label: str) -> tuple[str, str]:
     return surrogate.looks_at, surrogate.box_rule.name.replace("_", " ")
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--config", "config.yaml of the run")
     parser.add_input("--versions", "versions.json of the run")
     parser.add_input("--inputs", "inputs.json of every slurry", nargs="+")
     parser.add_input("--run-json", "run.json of every slurry", nargs="+")
     parser.add_input("--density", "tables/density_volume.csv")
-    parser.add_input("--coordinate-errors", "tables/coordinate_errors.csv")
-    parser.add_input("--rdf-errors", "tables/rdf_errors.csv")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium")
     parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
-    parser.add_input("--speedup", "tables/speedup.csv")
-    parser.add_argument("--surrogates", nargs="+", required=True, help="labels, in the order of columns")
-    labelled = {"type": named_file, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
-    parser.add_argument("--models", **labelled, help="in: model.keras of the surrogates that have one")
-    parser.add_argument("--histories", **labelled, help="in: history.csv of the same surrogates")
+    parser.add_tables("speedup")
+    parser.add_value("--surrogates", "labels, in the order of columns", nargs="+")
+    labelled = {"type": named_file, "nargs": "*", "metavar": "LABEL=PATH"}
+    parser.add_input("--models", "model.keras of the surrogates that have one", **labelled)
+    parser.add_input("--histories", "history.csv of the same surrogates", **labelled)
     parser.add_input("--figures", "figures (PNG)", nargs="+")
     parser.add_output("--report", "report.html")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read everything and write the report."""
-    args = parse_args()
     config_text = args.config.read_text(encoding="utf-8")
     results = Results(
         config=yaml.safe_load(config_text),
@@ -84,4 +78,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -12,7 +12,6 @@ squares of the logarithms over all slurries that shrink so far, its standard err
 the damping time in mass that they were run with.
 """
 
-import argparse
 import json
 from contextlib import ExitStack
 from pathlib import Path
@@ -22,10 +21,10 @@ import pandas as pd
 
 from slurrycast.data.final_box import scale_of_prediction
 from slurrycast.data.frames import FrameStore, read_frames
-from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.data.tables import read_equilibrium, read_table, write_table
 from slurrycast.evaluation.power_law import power_law
 from slurrycast.evaluation.size import outside_share, shrink_time_us
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
 
 FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
@@ -79,29 +78,24 @@ def volume_errors(predicted: FrameStore, relaxed: FrameStore, dem: FrameStore, l
     }
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--frames", "DEM frames of the training and predicted slurries", nargs="+")
     parser.add_input("--run-json", "run.json of slurries run to the end", nargs="+")
     parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
     parser.add_input("--predicted", "predicted structures (HDF5)", nargs="+")
     parser.add_input("--relaxed", "the same relaxed, in order (HDF5)", nargs="+")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_argument("--last-input-frame", type=int, required=True, help="number of the last input frame")
-    parser.add_argument("--target-frame", type=int, required=True, help="number of the final DEM frame")
+    parser.add_tables("equilibrium")
+    parser.add_value("--last-input-frame", "number of the last input frame", type=int)
+    parser.add_value("--target-frame", "number of the final DEM frame", type=int)
     parser.add_output("--table", "table of surrogates and slurries (CSV)")
     parser.add_output("--clock", "table of the fitted exponents (CSV)")
-    args = parser.parse_args()
-    for one, other in (("run_json", "thermo"), ("predicted", "relaxed")):
-        if len(getattr(args, one)) != len(getattr(args, other)):
-            parser.error(f"--{one.replace('_', '-')} and --{other}: as many of each are needed")
-    return args
+    parser.as_many_of_each("run_json", "thermo")
+    parser.as_many_of_each("predicted", "relaxed")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compare and write both tables."""
-    args = parse_args()
     frame = args.last_input_frame
     with ExitStack() as opened:
         slurries = shrinking(args.run_json, args.thermo, read_equilibrium(args.equilibrium))
@@ -129,7 +123,7 @@ def main() -> None:
                     }
                     | volume_errors(predicted, relaxed, dem, frame, args.target_frame)
                 )
-        write_text(args.table, pd.DataFrame(rows).to_csv(index=False, float_format="%.6g"))
+        write_table(args.table, rows, digits=6)
         fitted = clock(slurries)
         write_text(args.clock, fitted.to_csv(index=False, float_format="%.6f"))
     row = fitted.iloc[0]
@@ -140,4 +134,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -10,19 +10,18 @@ or no) says whether density_difference is within --max-density-difference; densi
 |density_difference| and two standard errors, up to which the seeds do not rule out a difference.
 """
 
-import argparse
 import json
 
 import numpy as np
 import pandas as pd
 
-from slurrycast.data.tables import read_table
+from slurrycast.data.tables import read_table, write_table
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.dem.forcefield import rayleigh_time_us
 from slurrycast.dem.recipe import particle_types
 from slurrycast.evaluation.noise import mean_and_sd, rdf_difference
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 
 MEASURED = ("density_g_cm3", "coordination_all", "overlap_mean", "overlap_max")
 QUANTITIES = (*MEASURED, "rdf_difference", "time_to_equilibrium_us", "cpu_s")
@@ -113,30 +112,21 @@ def in_words(row: pd.Series, max_density_difference: float) -> str:
     )
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--run-json", "run.json of every run", nargs="+")
     parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
     parser.add_input("--structure", "quantities of the same (CSV)", nargs="+")
     parser.add_input("--rdf", "curves of the same (CSV)", nargs="+")
-    parser.add_argument(
-        "--max-density-difference",
-        type=float,
-        required=True,
-        help="share of the density at the smallest timestep within which another timestep is accepted",
-    )
+    meaning = "share of the density at the smallest timestep within which another timestep is accepted"
+    parser.add_value("--max-density-difference", meaning, type=float)
     parser.add_output("--runs", "table of all runs (CSV)")
     parser.add_output("--summary", "table of the timesteps (CSV)")
-    args = parser.parse_args()
-    if not len(args.run_json) == len(args.thermo) == len(args.structure) == len(args.rdf):
-        parser.error("--run-json, --thermo, --structure and --rdf: as many of each are needed")
-    return args
+    parser.as_many_of_each("run_json", "thermo", "structure", "rdf")
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Compare and write both tables."""
-    args = parse_args()
     rows, curves, wanted = [], [], None
     for run_path, *paths in zip(args.run_json, args.thermo, args.structure, args.rdf, strict=True):
         run = json.loads(run_path.read_text(encoding="utf-8"))
@@ -152,10 +142,10 @@ def main() -> None:
     runs = runs.sort_values(["timestep_us", "seed"])
     by_timestep = summary(runs, args.max_density_difference)
     for table, path in ((runs, args.runs), (by_timestep, args.summary)):
-        write_text(path, table.to_csv(index=False, float_format="%.9g"))
+        write_table(path, table)
     for _, row in by_timestep[1:].iterrows():
         print(in_words(row, args.max_density_difference))
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -7,7 +7,6 @@ points of a size stand side by side. The dashed line is the final volume of slur
 reference article.
 """
 
-import argparse
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -20,7 +19,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
 from slurrycast.report.figures import ARTICLE, INK, new_figure, save_figure, surrogate_colours
-from slurrycast.runtime.command_line import Parser, named_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 
 MARKERS = "osD^vP*X"
@@ -72,24 +71,15 @@ def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument(
-        "--tables",
-        nargs="+",
-        type=named_file,
-        required=True,
-        metavar="NAME=PATH",
-        help="in: tables/size_errors.csv of each run, with the name that its panel gets",
-    )
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    content = "tables/size_errors.csv of each run, with the name that its panel gets"
+    parser.add_input("--tables", content, nargs="+", type=named_file, metavar="NAME=PATH")
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the tables and draw."""
-    args = parse_args()
     tables = {name: read_table(path) for name, path in args.tables}
     if len(tables) < len(args.tables):
         raise InputError(f"--tables: the names {', '.join(name for name, _ in args.tables)} must differ")
@@ -97,4 +87,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

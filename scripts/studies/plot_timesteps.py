@@ -6,8 +6,6 @@ the RDF, whose differences share the runs that they are from); the band of the d
 --max-density-difference accepts.
 """
 
-import argparse
-
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,7 +13,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocat
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, save_figure
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 PANELS = {
     "density_g_cm3": ("Density", "Density (g/cm³)", 1),
@@ -71,24 +69,21 @@ def draw_timesteps(
     return figure
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
+def add_options(parser: Parser) -> None:
+    """Add the options."""
     parser.add_input("--runs", "tables/timestep.csv")
     parser.add_input("--summary", "tables/timestep_summary.csv")
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
-    parser.add_argument("--max-density-difference", type=float, required=True, help="as given to compare_timesteps.py")
+    parser.add_tables("equilibrium")
+    parser.add_value("--max-density-difference", "as given to compare_timesteps.py", type=float)
     parser.add_output("--figure", "PNG")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Read the tables and draw them."""
-    args = parse_args()
     runs, summary = read_table(args.runs), read_table(args.summary)
     equilibrium = read_equilibrium(args.equilibrium)
     save_figure(draw_timesteps(runs, summary, equilibrium, args.max_density_difference), args.figure)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

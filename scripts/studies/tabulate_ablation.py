@@ -12,7 +12,6 @@ Out: a table (CSV), one row for each network and one for `affine`, which is not 
                                 means over the slurries of that role in the table of skill; empty where there is none
 """
 
-import argparse
 import json
 from pathlib import Path
 
@@ -21,9 +20,9 @@ import pandas as pd
 
 from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, read_training_set
-from slurrycast.data.tables import read_table
-from slurrycast.runtime.command_line import Parser, run_main
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.data.tables import read_table, write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import vgg16_box
 
 ROLES = ("validation", "test")
@@ -33,20 +32,15 @@ COLUMNS = (
 )
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogates", required=True, nargs="+", help="labels of vgg16 and vgg16_box, in rows' order")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogates", "labels of vgg16 and vgg16_box, in rows' order", nargs="+")
     parser.add_input("--histories", "learning curves (CSV), one for each of them", nargs="+")
     parser.add_input("--dataset", "training set (HDF5)")
-    parser.add_input("--skill", "tables/skill.csv")
-    parser.add_argument(
-        "--roles", required=True, type=json.loads, help="JSON: role of each slurry in the table of skill"
-    )
+    parser.add_tables("skill")
+    parser.add_value("--roles", "JSON: role of each slurry in the table of skill", type=json.loads)
     parser.add_output("--table", "table of the ablation (CSV)")
-    args = parser.parse_args()
-    parser.one_each(args, "surrogates", "histories")
-    return args
+    parser.one_each("surrogates", "histories")
 
 
 def words(label: str) -> dict[str, str]:
@@ -92,9 +86,8 @@ def held_out(skill: pd.DataFrame, label: str, roles: dict[str, str]) -> dict[str
     return {f"{role}_{quantity}": means.at[role, quantity] for quantity in means for role in ROLES}
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Tabulate and write."""
-    args = parse_args()
     skill = read_table(args.skill)
     rows = [
         {"surrogate": label} | words(label) | training(path) | held_out(skill, label, args.roles)
@@ -104,8 +97,8 @@ def main() -> None:
     loss = {"best_val_loss_um2": affine_loss_um2(read_training_set(args.dataset))}
     rows.append({"surrogate": "affine"} | affine | loss | held_out(skill, "affine", args.roles))
     table = pd.DataFrame(rows, columns=COLUMNS).astype({"epochs": "Int64", "best_epoch": "Int64"})
-    write_text(args.table, table.to_csv(index=False, float_format="%.9g"))
+    write_table(args.table, table)
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

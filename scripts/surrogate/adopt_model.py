@@ -4,28 +4,25 @@ In: a trained model (.keras), and the history.csv beside it if there is one.
 Out: the model and its learning curves (CSV with no rows where none are known).
 """
 
-import argparse
 import json
 import shutil
 import zipfile
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, moved_into_place, write_text
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogate", required=True, help="label under which the model is used")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogate", "label under which the model is used")
     parser.add_input("--trained", "trained model (.keras)")
-    parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
+    parser.add_value("--input-frames", "frame numbers of the input", nargs="+", type=int)
     parser.add_output("--model", "the same model (.keras)")
     parser.add_output("--history", "its learning curves (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    return parser.parse_args()
 
 
 def read_architecture(path: Path) -> tuple[dict[str, tuple[int | None, ...]], set[str]]:
@@ -44,9 +41,8 @@ def _listed(shapes: dict[str, tuple[int | None, ...]]) -> str:
     return ", ".join(" x ".join(map(str, shape)) for shape in shapes.values())
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Check and copy."""
-    args = parse_args()
     label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
         shapes, layers = read_architecture(args.trained)
@@ -72,4 +68,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

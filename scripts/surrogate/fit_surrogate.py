@@ -4,30 +4,26 @@ In: the training set (HDF5; lengths in um) and the surrogate's settings (JSON).
 Out: the model (JSON) with its mean squared errors on the training and validation samples (um2).
 """
 
-import argparse
 import json
 
 from slurrycast import surrogates
 from slurrycast.data.dataset import read_training_set
-from slurrycast.runtime.command_line import Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogate", f"label of one of: {', '.join(surrogates.NAMES)}")
     parser.add_input("--dataset", "training set (HDF5)")
-    parser.add_argument("--settings", required=True, type=json.loads, help="JSON; linear has none: {}")
-    parser.add_argument("--seed", required=True, type=int, help="of whatever the fit draws; linear draws nothing")
+    parser.add_value("--settings", "JSON; linear has none: {}", type=json.loads)
+    parser.add_value("--seed", "of whatever the fit draws; linear draws nothing", type=int)
     parser.add_output("--model", "fitted model (JSON)")
     parser.add_output("--cost", "cost record (JSON)")
-    return parser.parse_args()
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Fit and write model and cost."""
-    args = parse_args()
     label = surrogates.parse(args.surrogate)
     with measured_cost(args.cost, "fit_surrogate", surrogate=args.surrogate) as cost:
         training_set = read_training_set(args.dataset)
@@ -38,4 +34,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

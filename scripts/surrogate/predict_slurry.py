@@ -6,7 +6,6 @@ Out: predicted unwrapped coordinates (um) with the box that the surrogate's rule
 and their spread (um) if the surrogate gives one. The rule and its scale are attributes of the file.
 """
 
-import argparse
 import contextlib
 import json
 from pathlib import Path
@@ -19,7 +18,7 @@ from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, wr
 from slurrycast.data.periodic import to_scaled
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.dem.recipe import sphere_volume_um3
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.work_folder import work_folder
@@ -27,14 +26,13 @@ from slurrycast.surrogates.base import Surrogate
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument("--settings", required=True, type=json.loads, help="JSON: the surrogate's settings")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogate", f"label of one of: {', '.join(surrogates.NAMES)}")
+    parser.add_value("--settings", "JSON: the surrogate's settings", type=json.loads)
     parser.add_input("--frames", "frame store of the slurry")
-    parser.add_argument("--input-frames", required=True, nargs="+", type=int, help="frame numbers of the input")
-    parser.add_argument("--target-frame", required=True, type=int, help="frame number that the prediction stands for")
+    parser.add_value("--input-frames", "frame numbers of the input", nargs="+", type=int)
+    parser.add_value("--target-frame", "frame number that the prediction stands for", type=int)
     parser.add_output("--predicted", "predicted microstructure, HDF5")
     parser.add_output("--cost", "cost record, JSON")
     learned = parser.add_argument_group("of a surrogate that learned")
@@ -47,22 +45,18 @@ def parse_args() -> argparse.Namespace:
     going_on.add_argument("--coefficients", type=input_file, help="in: pair_coeff lines of the real forces")
     going_on.add_argument("--work", type=Path, help="work folder; kept with the logs if LAMMPS fails")
     parser.add_lammps(going_on)
-    args = parser.parse_args()
+    parser.needs(needed_options)
+
+
+def needed_options(args: Namespace) -> list[str]:
+    """Names of the options that the surrogate needs beside those that all need."""
     surrogate = surrogates.parse(args.surrogate).surrogate
-    needed = {
-        "--model": surrogate.is_learned and args.model is None,
-        "--packing": surrogate.needs_packing_fraction and args.packing is None,
-        **{f"--{name}": surrogate.continues_dem and vars(args)[name] is None for name in _CONTINUATION},
-    }
-    if missing := [option for option, is_missing in needed.items() if is_missing]:
-        parser.error(f"{args.surrogate} needs {', '.join(missing)}")
-    return args
+    needs = {"model": surrogate.is_learned, "packing": surrogate.needs_packing_fraction}
+    needs |= dict.fromkeys(("restart", "inputs", "coefficients", "work"), surrogate.continues_dem)
+    return [name for name, is_needed in needs.items() if is_needed]
 
 
-_CONTINUATION = ("restart", "inputs", "coefficients", "work")
-
-
-def prediction_input_for(args: argparse.Namespace, surrogate: Surrogate, store: FrameStore) -> PredictionInput:
+def prediction_input_for(args: Namespace, surrogate: Surrogate, store: FrameStore) -> PredictionInput:
     """What the surrogate is asked: the input frames, and what it needs beside them."""
     frames = tuple(store.frame(k) for k in args.input_frames)
     final_edges_um = continuation = None
@@ -92,9 +86,8 @@ def advice(surrogate: Surrogate) -> str:
     return f": train longer (surrogate.{surrogate.name}.epochs)" if surrogate.is_trained else ""
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Predict and write."""
-    args = parse_args()
     label = surrogates.parse(args.surrogate)
     surrogate = label.surrogate
     working = work_folder(args.work) if surrogate.continues_dem else contextlib.nullcontext()
@@ -143,4 +136,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

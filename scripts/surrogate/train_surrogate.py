@@ -9,7 +9,6 @@ A killed training continues from the work folder. The folder keeps the finished 
 it has taken note of the outputs asks for them again.
 """
 
-import argparse
 import hashlib
 import importlib.metadata
 import json
@@ -22,25 +21,19 @@ from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, read_training_set
 from slurrycast.data.trajectories import Trajectory, read_trajectories
 from slurrycast.runtime import dependencies
-from slurrycast.runtime.command_line import Parser, input_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost, spent_so_far
 from slurrycast.runtime.files import checksum, moved_into_place
 from slurrycast.runtime.work_folder import work_folder
 from slurrycast.surrogates.base import Surrogate
 
 
-def parse_args() -> argparse.Namespace:
-    """Read the command line."""
-    parser = Parser(__doc__)
-    parser.add_argument("--surrogate", required=True, help=f"label of one of: {', '.join(surrogates.NAMES)}")
-    parser.add_argument(
-        "--settings",
-        required=True,
-        type=json.loads,
-        help="JSON; of a VGG16: epochs, batch_size, learning_rate, threads",
-    )
-    parser.add_argument("--seed", required=True, type=int, help="of the initial weights and the order of the batches")
-    parser.add_argument("--work", required=True, type=Path, help="work folder: the checkpoint, then the finished model")
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_value("--surrogate", f"label of one of: {', '.join(surrogates.NAMES)}")
+    parser.add_value("--settings", "JSON; of a VGG16: epochs, batch_size, learning_rate, threads", type=json.loads)
+    parser.add_value("--seed", "of the initial weights and the order of the batches", type=int)
+    parser.add_value("--work", "work folder: the checkpoint, then the finished model", type=Path)
     parser.add_output("--model", "trained model (.keras)")
     parser.add_output("--history", "learning curves (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
@@ -53,18 +46,12 @@ def parse_args() -> argparse.Namespace:
     )
     frames.add_argument("--input-frames", nargs="+", type=int, help="frame numbers of the input")
     frames.add_argument("--target-frame", type=int, help="frame number of the target")
-    args = parser.parse_args()
-    needed = _NEEDED[surrogates.parse(args.surrogate).surrogate.learns_from]
-    if missing := [f"--{name.replace('_', '-')}" for name in needed if getattr(args, name) is None]:
-        parser.error(f"{args.surrogate} needs {', '.join(missing)}")
-    return args
-
-
-_NEEDED = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
+    needed = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
+    parser.needs(lambda args: needed[surrogates.parse(args.surrogate).surrogate.learns_from])
 
 
 def read_data(
-    surrogate: Surrogate, args: argparse.Namespace, settings: Mapping
+    surrogate: Surrogate, args: Namespace, settings: Mapping
 ) -> tuple[TrainingSet | tuple[list[Trajectory], list[Trajectory]], int]:
     """Data to train the surrogate on, as `Surrogate.train` takes them, and the number of training particles."""
     if surrogate.learns_from_samples:
@@ -75,7 +62,7 @@ def read_data(
     return (slurries, validation), sum(len(slurry.particles) for slurry in slurries)
 
 
-def learned_from(args: argparse.Namespace) -> list[Path]:
+def learned_from(args: Namespace) -> list[Path]:
     """Files that the result depends on."""
     return [args.dataset] if args.dataset else [*args.frames, *args.validation_frames]
 
@@ -91,9 +78,8 @@ def code_versions(surrogate: str) -> list[str]:
     return files + [f"{name} {importlib.metadata.version(name)}" for name in libraries]
 
 
-def main() -> None:
+def main(args: Namespace) -> None:
     """Train in the work folder, then move model and history from there."""
-    args = parse_args()
     label = surrogates.parse(args.surrogate)
     settings = {**args.settings, **label.settings, "seed": args.seed}
     surrogate, sources = label.surrogate, learned_from(args)
@@ -124,4 +110,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run_main(main)
+    run_main(main, add_options, __doc__)

@@ -1,10 +1,11 @@
 """Tables that the workflow wrote, read back with the ids of slurries as text."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from slurrycast.runtime.files import InputError
+from slurrycast.runtime.files import InputError, write_text
 
 TEXTS = {"slurry": str, "surrogate": str, "warning": str}
 
@@ -26,3 +27,13 @@ def read_equilibrium(path: str | Path) -> pd.DataFrame:
     if "warning" not in table:
         raise InputError(f"{path}: has no column warning, but {', '.join(map(repr, table.columns))}")
     return table.assign(warning=table.warning.fillna(""))
+
+
+def write_table(
+    path: str | Path,
+    rows: pd.DataFrame | Sequence[Mapping],
+    columns: Sequence[str] | None = None,
+    digits: int = 9,
+) -> None:
+    """Write a table (CSV) in one move, with the given columns if any, and numbers with so many significant digits."""
+    write_text(path, pd.DataFrame(rows, columns=columns).to_csv(index=False, float_format=f"%.{digits}g"))

@@ -45,7 +45,7 @@ def label_and_steps(word: str) -> tuple[str, int]:
 
 def add_dem_runs(parser: Parser) -> None:
     """Add the options that `compare_costs` needs beside the costs."""
-    parser.add_input("--equilibrium", "tables/equilibrium.csv")
+    parser.add_tables("equilibrium")
     parser.add_input("--run-json", "run.json of the slurries", nargs="+")
     parser.add_argument(
         "--input-steps",

@@ -4,7 +4,8 @@ import argparse
 import json
 import signal
 import sys
-from collections.abc import Callable
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -18,6 +19,15 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, description: str) -> None:
         super().__init__(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+        self._checks: list[Callable[[Namespace], str | None]] = []
+
+    def parse_args(self, *words: Any) -> Namespace:
+        """Read the options and check those that have to fit together."""
+        args = super().parse_args(*words)
+        for check in self._checks:
+            if problem := check(args):
+                self.error(problem)
+        return args
 
     def error(self, message: str) -> NoReturn:
         """Leave without the usage, which would hide the line."""
@@ -31,6 +41,15 @@ class Parser(argparse.ArgumentParser):
     def add_output(self, option: str, content: str, **keywords: Any) -> None:
         """Add an option for the path of an output, required by default."""
         self.add_argument(option, help=f"out: {content}", type=Path, **{"required": True} | keywords)
+
+    def add_value(self, option: str, meaning: str, **keywords: Any) -> None:
+        """Add an option for a value that is no file, required unless it has a default."""
+        self.add_argument(option, help=meaning, **{"required": "default" not in keywords} | keywords)
+
+    def add_tables(self, *names: str) -> None:
+        """Add a required option for each of these tables of the workflow, such as --front for `front`."""
+        for name in names:
+            self.add_input(_option(name), f"tables/{name}.csv")
 
     def add_lammps(self, group: argparse._ArgumentGroup | None = None) -> None:
         """Add the options that say how LAMMPS is started, to a group of options if there is one."""
@@ -46,11 +65,38 @@ class Parser(argparse.ArgumentParser):
         self.add_input("--frames", "DEM frames (HDF5), one for each --predicted, in order", nargs=nargs)
         self.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
 
-    def one_each(self, args: argparse.Namespace, one: str, other: str) -> None:
-        """End with a line unless the options of these two names were given equally many values."""
-        n_one, n_other = len(getattr(args, one)), len(getattr(args, other))
-        if n_one != n_other:
-            self.error(f"{n_one} --{one} but {n_other} --{other}: one each is needed")
+    def add_check(self, problem: Callable[[Namespace], str | None]) -> None:
+        """End with the line that `problem` returns for the options, if it returns one."""
+        self._checks.append(problem)
+
+    def needs(self, options: Callable[[Namespace], Sequence[str]]) -> None:
+        """End with a line if one of the `options` that --surrogate needs is missing."""
+
+        def problem(args: Namespace) -> str | None:
+            missing = [_option(name) for name in options(args) if getattr(args, name) is None]
+            return f"{args.surrogate} needs {', '.join(missing)}" if missing else None
+
+        self.add_check(problem)
+
+    def one_each(self, one: str, other: str) -> None:
+        """End with a line unless the options of these two names are given equally many values."""
+
+        def problem(args: Namespace) -> str | None:
+            n_one, n_other = len(getattr(args, one)), len(getattr(args, other))
+            equal = n_one == n_other
+            return None if equal else f"{n_one} {_option(one)} but {n_other} {_option(other)}: one each is needed"
+
+        self.add_check(problem)
+
+    def as_many_of_each(self, *names: str) -> None:
+        """End with a line unless the options of all these names are given equally many values."""
+        listed = " and ".join([", ".join(map(_option, names[:-1])), _option(names[-1])])
+        problem = f"{listed}: as many of each are needed"
+        self.add_check(lambda args: problem if len({len(getattr(args, name)) for name in names}) > 1 else None)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def input_file(text: str) -> Path:
@@ -78,9 +124,17 @@ def named_file(text: str) -> tuple[str, Path]:
     return name, input_file(path)
 
 
-def run_main(main: Callable[[], None]) -> None:
-    """Run a script's `main`; bad input, a failed run or a full disk ends with one line on stderr and exit code 1.
+def parse(add_options: Callable[[Parser], None], description: str, words: Sequence[str] | None = None) -> Namespace:
+    """Read the options of a script from `words`, by default those of the command line."""
+    parser = Parser(description)
+    add_options(parser)
+    return parser.parse_args(words)
 
+
+def run_main(main: Callable[[Namespace], None], add_options: Callable[[Parser], None], description: str) -> None:
+    """Run a script: read the options that `add_options` adds, and call `main` with them.
+
+    Bad input, a failed run or a full disk ends with one line on stderr and exit code 1.
     Exit code 75 if the run stopped on purpose before it was done. Lines appear as they are printed, also where the
     output is not a terminal but a log.
     """
@@ -88,7 +142,7 @@ def run_main(main: Callable[[], None]) -> None:
     # As an exception, so that what was started is stopped as well: LAMMPS must not write on beside the next attempt.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
-        main()
+        main(parse(add_options, description))
     except (InputError, RunError) as error:
         sys.exit(f"error: {error}")
     except Unfinished as error:
