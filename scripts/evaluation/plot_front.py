@@ -18,14 +18,23 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator
 from matplotlib.transforms import Bbox
 
 from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
 from slurrycast.evaluation.noise import BAND_SDS
-from slurrycast.report.figures import DEM, FAINT, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.report.figures import (
+    DEM,
+    FAINT,
+    INK,
+    annotate_beside,
+    new_figure,
+    plain_ticks,
+    save_figure,
+    surrogate_colours,
+)
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
@@ -58,6 +67,7 @@ PANELS = {
 FULL = "full DEM (no error: below the axis)"
 MARGIN = 1.25  # above and below the points
 SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1))
+HORIZONTAL, VERTICAL = ("center", "left", "right"), ("center", "bottom", "top")  # by side and up, -1 is the last
 DISTANCES_PT = (6, 11, 17)
 ON_LINE = np.linspace(0, 1, 20)[:, None]  # where texts look whether they would cover a line
 
@@ -78,18 +88,10 @@ def place_numbers(axes: Axes, points: np.ndarray, numbers: Mapping[int, str], li
     for start, end in (pair for line in lines for pair in pairwise(line)):
         taken += [Bbox.from_bounds(x - 1, y - 1, 2, 2) for x, y in shown[start] + ON_LINE * (shown[end] - shown[start])]
     for place, text in numbers.items():
-        options = [
-            axes.annotate(
-                text,
-                points[place],
-                xytext=(side * distance, up * distance),
-                textcoords="offset points",
-                ha=("center", "left", "right")[side],
-                va=("center", "bottom", "top")[up],
-                fontsize=8,
-            )
-            for distance, (side, up) in product(DISTANCES_PT, SIDES)
-        ]
+        options = []
+        for distance, (side, up) in product(DISTANCES_PT, SIDES):
+            offset_pt, sides = (side * distance, up * distance), {"ha": HORIZONTAL[side], "va": VERTICAL[up]}
+            options.append(annotate_beside(axes, text, points[place], offset_pt, **sides))
         boxes = [option.get_window_extent() for option in options]
         covered = [
             sum(box.overlaps(other) for other in taken)
@@ -127,45 +129,26 @@ def draw_panel(
     shown = [*error[~beyond], *([1.0] if panel.reference else []), *([panel.scale * band] if band > 0 else [])]
     lowest, highest = min([*error, *shown]) / MARGIN, max(shown) * MARGIN
     axes.set_ylim(bottom=lowest, top=highest)
+    at_edge = {"transform": axes.get_xaxis_transform(), "clip_on": False}
     for place in points.index[beyond]:
-        axes.plot(
-            cost[place],
-            1,
-            "^",
-            transform=axes.get_xaxis_transform(),
-            color=colours[points.plain[place]],
-            ms=9,
-            clip_on=False,
-        )
-        axes.annotate(
-            f"{points.surrogate[place]}: {error[place]:.1f}",
-            (cost[place], 1),
-            (8, -2),
-            ("data", "axes fraction"),
-            "offset points",
-            va="top",
-            fontsize=8,
-        )
+        axes.plot(cost[place], 1, "^", color=colours[points.plain[place]], ms=9, **at_edge)
+        text = f"{points.surrogate[place]}: {error[place]:.1f}"
+        annotate_beside(axes, text, (cost[place], 1), (8, -2), xycoords=("data", "axes fraction"), va="top")
     if panel.reference:
         axes.axhline(1, color=INK, linewidth=0.9, zorder=1)
-        axes.annotate(
-            panel.reference, (1, 1), (-4, 3), ("axes fraction", "data"), "offset points", ha="right", fontsize=8
-        )
+        annotate_beside(axes, panel.reference, (1, 1), (-4, 3), xycoords=("axes fraction", "data"), ha="right")
     axes.set_xlim(0.8 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
     axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2)
     if equilibrium > 0:
         axes.axvline(100 * equilibrium, color=DEM, linestyle=":", linewidth=1.4, label="DEM to its own equilibrium")
     # no error has no place on a logarithmic axis
-    axes.plot(100, 0, "*", transform=axes.get_xaxis_transform(), clip_on=False, color=DEM, ms=13, zorder=4, label=FULL)
+    axes.plot(100, 0, "*", color=DEM, ms=13, zorder=4, label=FULL, **at_edge)
     if band > 0:
-        axes.axhspan(
-            lowest, panel.scale * band, color=FAINT, alpha=0.5, lw=0, label="noise of the DEM: order not resolved"
-        )
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7) if highest < 20 * lowest else (1, 2, 5)))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_locator(NullLocator())
+        label = "noise of the DEM: order not resolved"
+        axes.axhspan(lowest, panel.scale * band, color=FAINT, alpha=0.5, lw=0, label=label)
+    fine = (1, 1.5, 2, 3, 5, 7)
+    plain_ticks(axes.xaxis, LogLocator(subs=fine))
+    plain_ticks(axes.yaxis, LogLocator(subs=fine if highest < 20 * lowest else (1, 2, 5)))
 
 
 def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: float) -> Figure:

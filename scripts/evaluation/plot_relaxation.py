@@ -13,13 +13,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, LogLocator
 
 from slurrycast import surrogates
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
-from slurrycast.report.figures import FAINT, new_figure, save_figure, surrogate_colours
+from slurrycast.report.figures import FAINT, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
@@ -41,11 +41,8 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
         axes.plot(own.index, own, color=colours[label], marker=marker, ms=7, mec="white", mew=0.6, label=label)
     axes.set(xscale="log", yscale="log", ylim=(lowest, highest), xlabel="Steps of the relaxation")
     axes.set_xlim(means.columns.min() / MARGIN, means.columns.max() * MARGIN)
-    axes.xaxis.set_major_locator(FixedLocator(means.columns))
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_locator(NullLocator())
+    plain_ticks(axes.xaxis, FixedLocator(means.columns))
+    plain_ticks(axes.yaxis, LogLocator(subs=(1, 2, 5)))
 
 
 def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:

@@ -13,6 +13,9 @@ from slurrycast.report.sections import evaluation_html
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import write_text
 
+TABLES = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
+OPTIONAL_TABLES = ("ablation", "relaxation", "uncertainty")
+
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
@@ -21,12 +24,9 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--density-tolerance", "largest density error, as a share of the DEM's", type=float)
     parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_value("--relaxed-for", "JSON: steps of relaxation by label", type=json.loads)
-    parser.add_tables(
-        "equilibrium", "skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs"
-    )
-    parser.add_input("--ablation", "tables/ablation.csv, where the run has one", required=False)
-    parser.add_input("--relaxation", "tables/relaxation.csv, where the run has one", required=False)
-    parser.add_input("--uncertainty", "tables/uncertainty.csv, where a surrogate has a spread", required=False)
+    parser.add_tables("equilibrium", *TABLES)
+    for name in OPTIONAL_TABLES:
+        parser.add_input(f"--{name}", f"tables/{name}.csv, where the run has one", required=False)
     parser.add_input("--figures", "figures (PNG)", nargs="+")
     parser.add_output("--page", "evaluation.html")
 
@@ -34,7 +34,6 @@ def add_options(parser: Parser) -> None:
 def main(args: Namespace) -> None:
     """Read everything and write the page."""
     equilibrium = read_equilibrium(args.equilibrium)
-    tables = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
     evaluation = Evaluation(
         run=args.run,
         roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
@@ -42,10 +41,8 @@ def main(args: Namespace) -> None:
         density_tolerance=args.density_tolerance,
         rdf_tolerance=args.rdf_tolerance,
         relaxed_for=args.relaxed_for,
-        **{name: read_table(getattr(args, name)) for name in tables},
-        ablation=read_table(args.ablation) if args.ablation else None,
-        relaxation=read_table(args.relaxation) if args.relaxation else None,
-        uncertainty=read_table(args.uncertainty) if args.uncertainty else None,
+        **{name: read_table(getattr(args, name)) for name in TABLES},
+        **{name: read_table(path) if (path := getattr(args, name)) else None for name in OPTIONAL_TABLES},
         figures={path.stem: path for path in args.figures},
     )
     write_text(args.page, evaluation_html(evaluation))

@@ -10,11 +10,10 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from slurrycast.analysis.errors import CoordinateError, coordinate_errors
 from slurrycast.data.frames import FrameStore, Particles, read_frames
-from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
+from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -36,8 +35,7 @@ def draw_coordinates(
     """
     figure = new_figure(10, 0.6 + 3.3 * len(predicted_um))
     grid = figure.subplots(2 * len(predicted_um), 3, height_ratios=(2.2, 1) * len(predicted_um), sharex="col")
-    colours = phase_colours(particles.phase_names)
-    colour_of_particle = np.array(colours, dtype=object)[particles.phase - 1]
+    colour_of_particle = np.array(phase_colours(particles.phase_names), dtype=object)[particles.phase - 1]
     order = np.random.default_rng(0).permutation(len(particles))  # no phase hides another
     size = np.clip(3000 / len(particles), 0.5, 6)
     style = {"c": colour_of_particle[order], "s": size, "linewidths": 0, "alpha": 0.8, "rasterized": True}
@@ -60,15 +58,8 @@ def draw_coordinates(
         grid[2 * row + 1, 0].set_ylabel("predicted −\ntarget (µm)")
     for axes, name in zip(grid[-1], "xyz", strict=True):
         axes.set_xlabel(f"target {name} (µm)")
-    figure.legend(
-        handles=[
-            Line2D([], [], ls="", marker="o", ms=6, color=colour, label=name)
-            for colour, name in zip(colours, particles.phase_names, strict=True)
-        ],
-        loc="outside upper right",
-        ncols=len(colours),
-        handletextpad=0.1,
-    )
+    handles = phase_handles(particles.phase_names, 6)
+    figure.legend(handles=handles, loc="outside upper right", ncols=len(handles), handletextpad=0.1)
     return figure
 
 

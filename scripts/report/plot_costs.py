@@ -61,16 +61,9 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     # room for the text behind the longest run
     grid.flat[0].set_xlim(0, 1.25 * comparison[["dem", "hybrid"]].max(axis=None) / length_s)
     handles, labels = grid.flat[0].get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc="outside upper left",
-        ncols=4,
-        columnspacing=1.6,
-        handlelength=1.2,
-        title="×: full DEM / hybrid (in brackets: DEM to equilibrium / hybrid)",
-        alignment="left",
-    )
+    title = "×: full DEM / hybrid (in brackets: DEM to equilibrium / hybrid)"
+    style = {"ncols": 4, "columnspacing": 1.6, "handlelength": 1.2, "alignment": "left"}
+    figure.legend(handles, labels, loc="outside upper left", title=title, **style)
     return figure
 
 

@@ -19,7 +19,12 @@ from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
-ROLE_LINES = {"train": "-", "validation": "-.", "test": "--", "new": ":"}
+ROLES = {  # line and name
+    "train": ("-", "training"),
+    "validation": ("-.", "validation"),
+    "test": ("--", "held out"),
+    "new": (":", "new: only to the last input frame"),
+}
 # the pale end of the map is left out, since it vanishes on white
 SIZES = ListedColormap(colormaps["GnBu"](np.linspace(0.4, 1.0, 256)))
 
@@ -35,7 +40,7 @@ def draw_densification(
     for slurry, curve in thermo.items():
         row = equilibrium.loc[slurry]
         colour = SIZES(scale(row.mass_units))
-        axes.plot(curve.time_us, curve.density_g_cm3, ROLE_LINES[row.role], color=colour, lw=1.4)
+        axes.plot(curve.time_us, curve.density_g_cm3, ROLES[row.role][0], color=colour, lw=1.4)
         if pd.notna(row.time_to_equilibrium_us) and not row.warning:
             density = np.interp(row.time_to_equilibrium_us, curve.time_us, curve.density_g_cm3)
             axes.plot(row.time_to_equilibrium_us, density, "o", color=colour, mec=INK, ms=6, zorder=3)
@@ -44,16 +49,8 @@ def draw_densification(
         axes.axvline(time_us, color=PREDICTED, lw=0.8)
     end_us = max(curve.time_us.max() for curve in thermo.values())
     axes.set(xlabel="Time (µs)", ylabel="Density (g/cm³)", xlim=(0, end_us))
-    handles = [
-        Line2D([], [], color=INK, ls=ROLE_LINES[role], label=label)
-        for role, label in (
-            ("train", "training"),
-            ("validation", "validation"),
-            ("test", "held out"),
-            ("new", "new: only to the last input frame"),
-        )
-        if role in set(equilibrium.role)
-    ]
+    roles = {role: style for role, style in ROLES.items() if role in set(equilibrium.role)}
+    handles = [Line2D([], [], color=INK, ls=line, label=label) for line, label in roles.values()]
     handles.append(Line2D([], [], color=PREDICTED, lw=5, alpha=0.5, label="input frames of the surrogate"))
     handles.append(Line2D([], [], ls="", marker="o", color=SIZES(0.5), mec=INK, label="equilibrium reached"))
     axes.legend(handles=handles, loc="lower right")

@@ -26,19 +26,14 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
     """Draw the densities of `slurries`; one that the DEM did not run to the end has no DEM line and no deviation."""
     by_slurry = densities.set_index("slurry").density_g_cm3
     dem = by_slurry[(densities.model == "DEM").to_numpy()].reindex(slurries)
-    theirs = {
-        model: pd.Series({slurry: structure.density_g_cm3 for slurry, structure in structures.items()}).reindex(
-            slurries
-        )
-        for model, structures in (
-            ("DEM", article.DEM_STRUCTURE),
-            ("hybrid", article.HYBRID_STRUCTURE),
-        )
+    reported = {
+        model: pd.Series({slurry: structure.density_g_cm3 for slurry, structure in structures.items()}, slurries)
+        for model, structures in (("DEM", article.DEM_STRUCTURE), ("hybrid", article.HYBRID_STRUCTURE))
     }
     figure = new_figure(max(6.5, 1.2 + 1.05 * len(slurries)), 6.2 if dem.notna().any() else 3.9)
     upper, *lower = figure.subplots(2 if dem.notna().any() else 1, 1, sharex=True, squeeze=False)[:, 0]
     places = np.arange(len(slurries))
-    known = theirs["DEM"].notna().any()
+    known = reported["DEM"].notna().any()
     shifts = SLOT * ((np.arange(len(surrogates) + known) + 0.5) / (len(surrogates) + known) - 0.5)
     if dem.notna().any():
         upper.hlines(dem, places - SLOT / 2, places + SLOT / 2, color=DEM, lw=2, label="DEM")
@@ -51,9 +46,9 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
         style = {"color": ARTICLE, "mfc": "white", "mew": 1.4, "ms": 6}
         for model, marker in (("DEM", "D"), ("hybrid", "o")):
             label = f"{model} of the reference article (larger scale)"
-            upper.plot(places + shifts[-1], theirs[model], marker, label=label, **style)
+            upper.plot(places + shifts[-1], reported[model], marker, label=label, **style)
         for axes in lower:
-            axes.plot(places + shifts[-1], 100 * (theirs["hybrid"] / theirs["DEM"] - 1), "o", **style)
+            axes.plot(places + shifts[-1], 100 * (reported["hybrid"] / reported["DEM"] - 1), "o", **style)
     upper.set(ylabel="Final density (g/cm³)")
     upper.margins(y=0.1)
     for axes in lower:

@@ -8,10 +8,10 @@ Out: PNG with one panel for each measure, on a logarithmic scale.
 
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator
 
 from slurrycast.data.tables import read_table
-from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, save_figure
+from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, plain_ticks, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 MEASURES = (
@@ -38,9 +38,7 @@ def draw_learning_curves(history: pd.DataFrame) -> Figure:
             axes.plot(best.epoch, best[validation], "o", color=VALIDATION, mec="white", ms=9, zorder=3, label=label)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         low, high = axes.get_ylim()
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())
-        axes.yaxis.set_major_formatter("{x:g}")
-        axes.yaxis.set_minor_locator(NullLocator())
+        plain_ticks(axes.yaxis, LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())
         axes.legend(loc="upper right", frameon=True, edgecolor="none")  # over a peak of the curves it stays readable
     return figure
 

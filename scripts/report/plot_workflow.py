@@ -190,19 +190,12 @@ def draw_workflow(parents: dict[str, set[str]]) -> Figure:
     for node, (x, y) in places.items():
         if isinstance(node, str):
             corner = (x - BOX_WIDTH / 2, y - BOX_HEIGHT / 2)
-            style = "round,pad=0,rounding_size=0.08"
-            box = FancyBboxPatch(
-                corner, BOX_WIDTH, BOX_HEIGHT, boxstyle=style, fc=_colour(node), ec=INK, lw=0.9, zorder=2
-            )
-            axes.add_patch(box)
+            style = {"boxstyle": "round,pad=0,rounding_size=0.08", "fc": _colour(node), "ec": INK, "lw": 0.9}
+            axes.add_patch(FancyBboxPatch(corner, BOX_WIDTH, BOX_HEIGHT, zorder=2, **style))
             axes.text(x, y, _two_lines(node), ha="center", va="center", fontsize=10, zorder=3, linespacing=1.15)
     used = [(part, colour) for part, (colour, _) in PARTS.items() if colour in map(_colour, parents)]
-    figure.legend(
-        handles=[FancyBboxPatch((0, 0), 1, 1, fc=colour, ec=INK, lw=0.8, label=part) for part, colour in used],
-        loc="outside upper center",
-        ncols=len(used),
-        fontsize=10,
-    )
+    handles = [FancyBboxPatch((0, 0), 1, 1, fc=colour, ec=INK, lw=0.8, label=part) for part, colour in used]
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(used), fontsize=10)
     return figure
 
 

@@ -22,11 +22,10 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from matplotlib.lines import Line2D
 
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.data.periodic import wrap
-from slurrycast.report.figures import INK, new_figure, phase_colours, save_figure
+from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0
@@ -126,19 +125,10 @@ def draw_circles(axes: Axes, structure: Structure) -> None:
     names = structure.particles.phase_names
     colours = np.array([to_rgb(colour) for colour in phase_colours(names)])[structure.particles.phase - 1]
     diameter_um = 2 * structure.particles.radius_um[order]
-    axes.add_collection(
-        EllipseCollection(
-            diameter_um,
-            diameter_um,
-            np.zeros(len(order)),
-            units="xy",
-            offsets=np.column_stack([horizontal, vertical])[order],
-            transOffset=axes.transData,
-            facecolors=(colours * light)[order],
-            edgecolors=INK,
-            linewidths=0.25,
-        )
-    )
+    places = {"offsets": np.column_stack([horizontal, vertical])[order], "transOffset": axes.transData}
+    style = {"facecolors": (colours * light)[order], "edgecolors": INK, "linewidths": 0.25}
+    circles = EllipseCollection(diameter_um, diameter_um, np.zeros(len(order)), units="xy", **places, **style)
+    axes.add_collection(circles)
     corners = structure.corners_um @ view_axes()[:2].T
     axes.add_collection(LineCollection([corners[list(edge)] for edge in BOX_EDGES], colors=INK, linewidths=0.8))
 
@@ -151,9 +141,8 @@ def mark_thickness(axes: Axes, structure: Structure) -> None:
     place = left - 1.6 * structure.particles.radius_um.max()
     arrow = {"arrowstyle": "<->", "color": INK, "shrinkA": 0, "shrinkB": 0, "lw": 1.1}
     axes.annotate("", (place, low), (place, high), arrowprops=arrow, annotation_clip=False)
-    axes.text(
-        place, (low + high) / 2, f"$L_z$ = {structure.edges_um[2]:.2f} µm\n", rotation=90, ha="right", va="center"
-    )
+    text = f"$L_z$ = {structure.edges_um[2]:.2f} µm\n"
+    axes.text(place, (low + high) / 2, text, rotation=90, ha="right", va="center")
 
 
 def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None) -> Figure:
@@ -174,16 +163,8 @@ def draw_slurry(structures: Sequence[Structure], pictures: Sequence[Path] | None
         axes.set(xlim=(extent[0] - margin_um, extent[1]), ylim=extent[2:], aspect="equal", title=structure.title)
         axes.axis("off")
         mark_thickness(axes, structure)
-    names = structures[0].particles.phase_names
-    figure.legend(
-        handles=[
-            Line2D([], [], ls="", marker="o", ms=9, color=colour, label=name)
-            for name, colour in zip(names, phase_colours(names), strict=True)
-        ],
-        loc="outside lower center",
-        ncols=len(names),
-        fontsize=10,
-    )
+    handles = phase_handles(structures[0].particles.phase_names, 9)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=10)
     return figure
 
 

@@ -14,11 +14,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator
 
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
-from slurrycast.report.figures import ARTICLE, INK, new_figure, save_figure, surrogate_colours
+from slurrycast.report.figures import ARTICLE, INK, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 
@@ -43,9 +43,7 @@ def draw_panel(axes: Axes, errors: pd.DataFrame, colours: Mapping[str, str], mar
             axes.plot(x, y, marker, color=colour, markeredgecolor="white", markeredgewidth=0.6, ms=8)
     sizes = np.unique(errors.particles)
     axes.set(xscale="log", xlabel="Particles", xlim=(sizes[0] / 1.3, sizes[-1] * 1.3))
-    axes.xaxis.set_major_locator(FixedLocator(sizes))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_locator(NullLocator())
+    plain_ticks(axes.xaxis, FixedLocator(sizes))
 
 
 def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -59,14 +57,10 @@ def draw_sizes(tables: Mapping[str, pd.DataFrame]) -> Figure:
         draw_panel(axes, errors, colours, markers)
         axes.set_title(name)
     panels[0].set_ylabel("Predicted volume / DEM − 1, before relaxation (%)")
-    legend = [
-        *(Line2D([], [], color=colour, marker="o", ms=7, label=label) for label, colour in colours.items()),
-        *(
-            Line2D([], [], color=INK, marker=marker, linestyle="none", ms=7, label=f"thickness ratio {ratio:g}")
-            for ratio, marker in markers.items()
-        ),
-        Line2D([], [], color=ARTICLE, linestyle="--", label=ARTICLE_LABEL),
-    ]
+    legend = [Line2D([], [], color=colour, marker="o", ms=7, label=label) for label, colour in colours.items()]
+    for ratio, marker in markers.items():
+        legend.append(Line2D([], [], color=INK, marker=marker, ls="", ms=7, label=f"thickness ratio {ratio:g}"))
+    legend.append(Line2D([], [], color=ARTICLE, linestyle="--", label=ARTICLE_LABEL))
     figure.legend(handles=legend, loc="outside right center")
     return figure
 

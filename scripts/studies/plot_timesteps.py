@@ -9,10 +9,10 @@ the RDF, whose differences share the runs that they are from); the band of the d
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, LogLocator
 
 from slurrycast.data.tables import read_equilibrium, read_table
-from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, save_figure
+from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, plain_ticks, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 PANELS = {
@@ -22,7 +22,6 @@ PANELS = {
     "rdf_difference": ("RDF", "Mean |g − g of another seed\nat the smallest|", 1),
     "cpu_s": ("Cost", "LAMMPS (CPU s)", 1),
 }
-PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def draw_panel(axes: Axes, runs: pd.DataFrame, summary: pd.DataFrame, quantity: str) -> None:
@@ -35,9 +34,7 @@ def draw_panel(axes: Axes, runs: pd.DataFrame, summary: pd.DataFrame, quantity: 
     axes.errorbar(1e3 * summary.timestep_us, mean, two_errors, **style, label="mean ± 2 standard errors")
     axes.plot(1e3 * runs.timestep_us, factor * runs[quantity], "o", mfc="none", mec=RELAXED, ms=5, label="one run")
     axes.set(title=title, ylabel=label, xscale="log", xlabel="Timestep (ns)")
-    axes.xaxis.set_major_locator(FixedLocator(1e3 * summary.timestep_us))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(PLAIN)
+    plain_ticks(axes.xaxis, FixedLocator(1e3 * summary.timestep_us))
     axes.margins(x=0.1, y=0.12)
 
 
@@ -58,9 +55,7 @@ def draw_timesteps(
             axes.set_ylim(bottom=0)
         elif quantity == "cpu_s":
             axes.set_yscale("log")
-            axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axes.yaxis.set_minor_locator(NullLocator())
-            axes.yaxis.set_major_formatter(PLAIN)
+            plain_ticks(axes.yaxis, LogLocator(subs=(1, 2, 5)))
     sizes = panels[-1]
     complete = equilibrium[equilibrium.density_drift.notna()]
     sizes.plot(complete.particles, complete.density_g_cm3, "o", mfc="none", mec=RELAXED, ms=5)

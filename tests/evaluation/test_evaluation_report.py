@@ -1,7 +1,6 @@
 """The page of the evaluation from small tables: verdicts in every direction, and a file that loads nothing."""
 
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from matplotlib.image import imsave
 
 import write_evaluation
 from html_pages import Page
+from script_calls import call
 from slurrycast.evaluation.front import KEYS
 from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report import evaluation_statistics
@@ -439,7 +439,7 @@ def test_a_network_that_is_not_in_the_tables_is_noted(evaluation):
     ).all("li")
 
 
-def test_page_from_files(tmp_path, evaluation, monkeypatch):
+def test_page_from_files(tmp_path, evaluation):
     tables = {
         name: getattr(evaluation, name)
         for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
@@ -450,16 +450,14 @@ def test_page_from_files(tmp_path, evaluation, monkeypatch):
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    words = ["write_evaluation", "--run", "unit", "--networks", "net"]
+    words = ["--run", "unit", "--networks", "net"]
     words += ["--density-tolerance", "0.01", "--rdf-tolerance", "2"]
     words += ["--relaxed-for", json.dumps(evaluation.relaxed_for)]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
-        words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
+        words += [f"--{name.replace('_', '-')}", tmp_path / f"{name}.csv"]
     path = tmp_path / "evaluation.html"
-    words += ["--figures", *map(str, evaluation.figures.values()), "--page", str(path)]
-    monkeypatch.setattr(sys, "argv", words)
-    write_evaluation.main()
+    call(write_evaluation, *words, "--figures", *evaluation.figures.values(), "--page", path)
     page = Page(path.read_text(encoding="utf-8"))
     assert page.images == 4
     assert page.loads_nothing

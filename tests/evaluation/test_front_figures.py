@@ -1,6 +1,5 @@
 """Figures of cost, front and skill from small synthetic tables: they are not blank and show the right numbers."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from matplotlib.image import imread
 import plot_costs
 import plot_front
 import plot_skill
+from script_calls import call
 from slurrycast.evaluation.speedup import HYBRID_PARTS
 from slurrycast.report.figures import save_figure
 
@@ -58,13 +58,12 @@ def test_costs_of_new_slurries_only(tmp_path):
     assert is_drawn(tmp_path / "new.png")
 
 
-def test_costs_of_an_unknown_surrogate(tmp_path, monkeypatch):
+def test_costs_of_an_unknown_surrogate(tmp_path):
     table = tmp_path / "speedup.csv"
     comparison("net").to_csv(table, index=False)
-    options = ["--speedup", str(table), "--surrogates", "net", "vgg", "--figure", str(tmp_path / "costs.png")]
-    monkeypatch.setattr(sys, "argv", ["plot_costs", *options])
+    options = ["--speedup", table, "--surrogates", "net", "vgg", "--figure", tmp_path / "costs.png"]
     with pytest.raises(plot_costs.InputError, match="--surrogates vgg: not in"):
-        plot_costs.main()
+        call(plot_costs, *options)
     assert not (tmp_path / "costs.png").exists()
 
 
@@ -98,12 +97,11 @@ def front(tmp_path, monkeypatch):
     drawn = {}
     original = plot_front.draw_front
     monkeypatch.setattr(plot_front, "draw_front", lambda *given: drawn.setdefault("figure", original(*given)))
-    words = ["plot_front", "--figure", str(tmp_path / "front.png")]
+    words = ["--figure", tmp_path / "front.png"]
     for name, table in tables.items():
         table.to_csv(tmp_path / f"{name}.csv", index=False)
-        words += [f"--{name.replace('_', '-')}", str(tmp_path / f"{name}.csv")]
-    monkeypatch.setattr(sys, "argv", words)
-    plot_front.main()
+        words += [f"--{name.replace('_', '-')}", tmp_path / f"{name}.csv"]
+    call(plot_front, *words)
     assert is_drawn(tmp_path / "front.png")
     return drawn["figure"]
 

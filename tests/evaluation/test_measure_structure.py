@@ -1,12 +1,12 @@
 """measure_structure.py on the small slurry of a real DEM."""
 
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 
 import measure_structure
+from script_calls import call
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.tables import read_table
@@ -90,13 +90,12 @@ def test_predicted_and_relaxed_structures_each_in_its_own_box(slurry, measure, h
     "inputs",
     [{}, {"dem": "a"}, {"dem": "a", "target_frame": 1, "relaxed": "b"}, {"predicted": "a"}, {"relaxed": "b"}],
 )
-def test_other_mixes_of_inputs_are_refused(slurry, command, tmp_path, monkeypatch, capsys, inputs):
+def test_other_mixes_of_inputs_are_refused(slurry, command, tmp_path, capsys, inputs):
     files = {name: slurry / "frames.h5" if value in ("a", "b") else value for name, value in inputs.items()}
     outputs = {name: tmp_path / name for name in ("structure", "rdf")}
     words = command("measure_structure", **files, **outputs, cutoff_um=CUTOFF_UM, bins=BINS)
-    monkeypatch.setattr(sys, "argv", words[1:])
     with pytest.raises(SystemExit) as end:
-        measure_structure.main()
+        call(measure_structure, *words[2:])
     assert end.value.code == 2
     assert "either --dem and --target-frame, or --predicted and --relaxed are needed" in capsys.readouterr().err
 

@@ -1,13 +1,12 @@
 """How long to relax: errors in closed form, the numbers of steps that are enough, and the figure."""
 
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.image import imread
 
 import plot_relaxation
+from script_calls import call
 from slurrycast.evaluation.noise import COLUMNS, Noise
 from slurrycast.evaluation.relaxation import Structure, enough_steps, mean_errors, relaxation_errors
 
@@ -96,9 +95,8 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
     drawn = {}
     original = plot_relaxation.draw_relaxation
     monkeypatch.setattr(plot_relaxation, "draw_relaxation", lambda *given: drawn.setdefault("figure", original(*given)))
-    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-tolerance", "3"]
-    monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
-    plot_relaxation.main()
+    words = ["--relaxation", tmp_path / "relaxation.csv", "--rdf-tolerance", 3]
+    call(plot_relaxation, *words, "--figure", tmp_path / "relaxation.png")
     density, rdf = drawn["figure"].axes
     lines = {line.get_label(): line for line in density.lines}
     assert list(lines) == ["affine", "early_dem_x2", "vgg16"]
@@ -112,9 +110,8 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
     assert pixels.std() > 0.02
 
 
-def test_an_empty_table_is_refused(tmp_path, monkeypatch):
+def test_an_empty_table_is_refused(tmp_path):
     table({}).to_csv(tmp_path / "relaxation.csv", index=False)
-    words = ["plot_relaxation", "--relaxation", str(tmp_path / "relaxation.csv"), "--rdf-tolerance", "3"]
-    monkeypatch.setattr(sys, "argv", [*words, "--figure", str(tmp_path / "relaxation.png")])
+    words = ["--relaxation", tmp_path / "relaxation.csv", "--rdf-tolerance", 3]
     with pytest.raises(plot_relaxation.InputError, match="no relaxation in it"):
-        plot_relaxation.main()
+        call(plot_relaxation, *words, "--figure", tmp_path / "relaxation.png")

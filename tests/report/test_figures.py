@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ import plot_rdf
 import plot_structure
 import plot_workflow
 import render_slurry
+from script_calls import call
 from slurrycast.analysis.errors import coordinate_errors
 from slurrycast.data.frames import Frame, Particles, write_frames
 from slurrycast.evaluation.speedup import HYBRID_PARTS
@@ -90,10 +90,8 @@ def structures(tmp_path, particles) -> dict[str, Path]:
     return paths
 
 
-def run_script(script, monkeypatch, **options) -> None:
-    arguments = [word for name, value in options.items() for word in (f"--{name.replace('_', '-')}", *map(str, value))]
-    monkeypatch.setattr(sys, "argv", [script.__name__, *arguments])
-    script.main()
+def run_script(script, **options) -> None:
+    call(script, *(word for name, value in options.items() for word in (f"--{name.replace('_', '-')}", *value)))
 
 
 def test_phases_keep_their_colours_whatever_their_order():
@@ -188,10 +186,10 @@ def test_a_graph_that_cannot_be_drawn_is_refused(text, message):
         plot_workflow.read_rule_graph(text)
 
 
-def test_workflow_diagram(tmp_path, monkeypatch):
+def test_workflow_diagram(tmp_path):
     graph = tmp_path / "rules.dot"
     graph.write_text(RULE_GRAPH)
-    run_script(plot_workflow, monkeypatch, rulegraph=[graph], figure=[tmp_path / "workflow.png"])
+    run_script(plot_workflow, rulegraph=[graph], figure=[tmp_path / "workflow.png"])
     assert is_drawn(tmp_path / "workflow.png")
 
 
@@ -213,10 +211,10 @@ def test_learning_curves_without_validation_slurries(tmp_path, history):
     assert is_drawn(tmp_path / "curves.png")
 
 
-def test_learning_curves_of_a_model_trained_elsewhere(tmp_path, monkeypatch):
+def test_learning_curves_of_a_model_trained_elsewhere(tmp_path):
     history = tmp_path / "history.csv"
     history.write_text("epoch,loss,mae,val_loss,val_mae\n")
-    run_script(plot_learning_curves, monkeypatch, history=[history], figure=[tmp_path / "curves.png"])
+    run_script(plot_learning_curves, history=[history], figure=[tmp_path / "curves.png"])
     assert is_drawn(tmp_path / "curves.png")
 
 
@@ -266,11 +264,11 @@ def test_density_of_known_and_new_slurries(tmp_path):
     assert is_drawn(tmp_path / "density.png")
 
 
-def test_density_without_any_dem(tmp_path, monkeypatch):
+def test_density_without_any_dem(tmp_path):
     table = tmp_path / "density_volume.csv"
     table.write_text("surrogate,slurry,model,density_g_cm3,volume_um3\nnet,NA,hybrid,2.27,100.0\n")
     options = {"density": [table], "surrogates": ["net"], "slurries": ["NA"]}
-    run_script(plot_density, monkeypatch, **options, figure=[tmp_path / "density.png"])
+    run_script(plot_density, **options, figure=[tmp_path / "density.png"])
     assert is_drawn(tmp_path / "density.png")
 
 
@@ -305,12 +303,12 @@ def test_rdf_of_slurries_with_and_without_target(tmp_path):
     assert is_drawn(tmp_path / "rdf.png")
 
 
-def test_rdf_without_any_target(tmp_path, monkeypatch):
+def test_rdf_without_any_target(tmp_path):
     rdf_curves({"N1": False}, ["net"]).to_csv(tmp_path / "N1.csv", index=False)
     errors = tmp_path / "rdf_errors.csv"
     errors.write_text("surrogate,slurry,pair,r_max_um,bins,mean_abs_difference\n")
     options = {"slurries": ["N1"], "rdf": [tmp_path / "N1.csv"], "rdf_errors": [errors], "surrogates": ["net"]}
-    run_script(plot_rdf, monkeypatch, **options, figure=[tmp_path / "rdf.png"])
+    run_script(plot_rdf, **options, figure=[tmp_path / "rdf.png"])
     assert is_drawn(tmp_path / "rdf.png")
 
 
@@ -332,7 +330,7 @@ def test_structure_shows_the_mean_deviation_in_replica_sd(tmp_path, monkeypatch)
     original = plot_structure.draw_structure
     monkeypatch.setattr(plot_structure, "draw_structure", lambda means: drawn.append(means) or original(means))
     options = {"structure_errors": [tmp_path / "structure_errors.csv"], "slurries": ["1", "2"]}
-    run_script(plot_structure, monkeypatch, **options, figure=[tmp_path / "structure.png"])
+    run_script(plot_structure, **options, figure=[tmp_path / "structure.png"])
     means = drawn[0]
     assert list(means.columns) == ["affine", "net"]
     assert means.affine["density_g_cm3"] == pytest.approx((2 + 4) / 2)
@@ -380,7 +378,7 @@ def test_coordinates_show_the_errors_of_the_table(tmp_path, structures, monkeypa
     path = tmp_path / "coordinates.png"
     files = {"predicted": [structures["predicted"], structures["other"]], "frames": [structures["frames"]]}
     files["surrogates"] = ["net", "other"]
-    run_script(plot_coordinates, monkeypatch, **files, target_frame=[120], figure=[path])
+    run_script(plot_coordinates, **files, target_frame=[120], figure=[path])
     # without the shift, the prediction is 1.1 times the target
     assert np.allclose(drawn["predicted"]["net"], 1.1 * drawn["target"])
     assert np.allclose(drawn["predicted"]["other"], 1.2 * drawn["target"])
@@ -410,7 +408,6 @@ def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch,
     path = tmp_path / "slurry.png"
     run_script(
         render_slurry,
-        monkeypatch,
         **{name: [structures[name]] for name in ("frames", "predicted", "relaxed")},
         target_frame=[120],
         figure=[path],

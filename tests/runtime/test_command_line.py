@@ -2,6 +2,7 @@
 
 import errno
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,12 +11,21 @@ from slurrycast.runtime.command_line import EXIT_UNFINISHED, Parser, input_file,
 from slurrycast.runtime.files import InputError, RunError, Unfinished, write_text
 
 
-def ends_with(error: BaseException):
-    def main():
+@pytest.fixture(autouse=True)
+def no_options(monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["script"])
+
+
+def run_raising(error: BaseException):
+    def main(args):
         raise error
 
+    run_main(main, lambda parser: None, "what it does")
+
+
+def ends_with(error: BaseException):
     with pytest.raises(SystemExit) as exit_:
-        run_main(main)
+        run_raising(error)
     return exit_.value.code
 
 
@@ -49,11 +59,8 @@ def test_errors_of_the_file_system_are_one_line(error, line):
 
 @pytest.mark.parametrize("error", [ZeroDivisionError(), OSError("of a library")])
 def test_other_errors_keep_their_traceback(error):
-    def main():
-        raise error
-
     with pytest.raises(type(error)):
-        run_main(main)
+        run_raising(error)
 
 
 def parsed(*words: str):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
+from script_calls import call
 from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.runtime.files import InputError
@@ -90,17 +91,13 @@ def test_models_that_do_not_fit_are_refused(data, tmp_path):
         Linear().predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
 
 
-def test_the_script_fits_without_keras(data, tmp_path, monkeypatch, capsys):
-    import sys
-
+def test_the_script_fits_without_keras(data, tmp_path, capsys):
     import fit_surrogate
 
     write_training_set(tmp_path / "training.h5", data, seed=1)
     places = {"--dataset": "training.h5", "--model": "model.json", "--cost": "cost.json"}
     options = [word for option, name in places.items() for word in (option, str(tmp_path / name))]
-    words = ["fit_surrogate.py", "--surrogate", "linear", "--settings", "{}", "--seed", "1", *options]
-    monkeypatch.setattr(sys, "argv", words)
-    fit_surrogate.main()
+    call(fit_surrogate, "--surrogate", "linear", "--settings", "{}", "--seed", 1, *options)
     expected = Linear().fit(read_training_set(tmp_path / "training.h5"), {}, tmp_path / "again.json")
     written = json.loads((tmp_path / "model.json").read_text())
     assert written == json.loads((tmp_path / "again.json").read_text())

@@ -2,12 +2,12 @@
 
 import json
 import subprocess
-import sys
 
 import h5py
 import numpy as np
 import pytest
 
+from script_calls import call
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.runtime.files import RunError
 
@@ -161,8 +161,7 @@ def doubtful(command, slurry, tmp_path, monkeypatch):
         monkeypatch.setattr(surrogates.load("persistence"), "predict", answer)
         paths = {"frames": slurry / "frames.h5", "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
         options = {"surrogate": "persistence", "settings": "{}", "input_frames": 10, "target_frame": 120}
-        monkeypatch.setattr(sys, "argv", command("predict_slurry", **options, **paths)[1:])
-        predict_slurry.main()
+        call(predict_slurry, *command("predict_slurry", **options, **paths)[2:])
         return tmp_path / "p.h5"
 
     return run

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from script_calls import call
 from slurrycast import surrogates
 from slurrycast.data.dataset import write_training_set
 from slurrycast.dem.lammps_run import SCRIPTS
@@ -83,8 +84,7 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     arguments = ["--surrogate", "vgg16", "--dataset", tmp_path / "training.h5", "--settings", settings, "--seed", 3]
     for option, place in zip(("--work", "--model", "--history", "--cost"), places.values(), strict=True):
         arguments += [option, place]
-    monkeypatch.setattr(sys, "argv", ["train_surrogate.py", *map(str, arguments)])
-    train_surrogate.main()
+    call(train_surrogate, *arguments)
 
     written = {name: (tmp_path / name).read_bytes() for name in ("history.csv", "model.keras")}
     assert not (places["work"] / "checkpoint.h5").exists()
@@ -99,14 +99,14 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     for name in written:
         places[name].unlink()
     monkeypatch.setattr(surrogates.load("vgg16"), "train", None)
-    train_surrogate.main()
+    call(train_surrogate, *arguments)
     assert {name: places[name].read_bytes() for name in written} == written
     assert json.loads(places["cost.json"].read_text())["cpu_s"] > cost["cpu_s"]
 
     # With other code it would be another model, so it is.
     monkeypatch.setattr(train_surrogate, "code_versions", lambda surrogate: [f"edited {surrogate}"])
     with pytest.raises(TypeError, match="'NoneType' object is not callable"):
-        train_surrogate.main()
+        call(train_surrogate, *arguments)
 
 
 def test_code_of_a_surrogate_is_its_modules_and_libraries(root):

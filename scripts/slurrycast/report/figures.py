@@ -2,11 +2,16 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
+from matplotlib.ticker import Locator, NullLocator
 from PIL import Image
 
 from slurrycast.runtime.files import moved_into_place
@@ -83,6 +88,12 @@ def phase_colours(phase_names: Sequence[str]) -> list[str]:
     return [PHASE_COLOURS.get(name) or next(further) for name in phase_names]
 
 
+def phase_handles(phase_names: Sequence[str], size_pt: float) -> list[Line2D]:
+    """Return a dot for each phase, of this size in points, for a legend."""
+    colours = zip(phase_names, phase_colours(phase_names), strict=True)
+    return [Line2D([], [], ls="", marker="o", ms=size_pt, color=colour, label=name) for name, colour in colours]
+
+
 def surrogate_colours(labels: Sequence[str]) -> dict[str, str]:
     """Colour of each surrogate label: a family keeps its own, its variants get paler in their order.
 
@@ -101,6 +112,18 @@ def surrogate_colours(labels: Sequence[str]) -> dict[str, str]:
             white = PALEST * place / max(len(members) - 1, 1)
             colours[label] = to_hex([channel + (1 - channel) * white for channel in (red, green, blue)])
     return {label: colours[label] for label in labels}
+
+
+def plain_ticks(axis: Axis, locator: Locator) -> None:
+    """Put ticks on an axis, such as a logarithmic one, only where `locator` says, with plain numbers."""
+    axis.set_major_locator(locator)
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_locator(NullLocator())
+
+
+def annotate_beside(axes: Axes, text: str, place: tuple, offset_pt: tuple[float, float], **style: Any) -> Annotation:
+    """Write `text` at an offset in points from `place`, by default in units of the data."""
+    return axes.annotate(text, place, offset_pt, textcoords="offset points", **{"fontsize": 8} | style)
 
 
 def note(axes: Axes, text: str, x: float = 0.5, y: float = 0.5) -> None:
