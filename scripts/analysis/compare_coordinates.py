@@ -36,7 +36,6 @@ def add_options(parser: Parser) -> None:
     parser.add_predictions(required=False)
     parser.add_output("--table", "table of errors (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
-    parser.one_each("predicted", "frames")
 
 
 def main(args: Namespace) -> None:

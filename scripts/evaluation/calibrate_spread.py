@@ -14,7 +14,6 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_predictions(required=True)
     parser.add_output("--calibration", "factors (JSON)")
-    parser.one_each("predicted", "frames")
 
 
 def main(args: Namespace) -> None:

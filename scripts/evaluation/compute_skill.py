@@ -48,7 +48,6 @@ def add_options(parser: Parser) -> None:
     parser.add_predictions(required=False)
     parser.add_input("--noise", "noise of the DEM (CSV)")
     parser.add_output("--table", "table of skills (CSV)")
-    parser.one_each("predicted", "frames")
 
 
 def main(args: Namespace) -> None:

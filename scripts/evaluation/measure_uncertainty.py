@@ -63,7 +63,6 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--calibrations", "calibration of each surrogate (JSON)", nargs="+")
     parser.add_value("--roles", "JSON: role of each slurry", type=json.loads)
     parser.add_output("--table", "table of the uncertainty (CSV)")
-    parser.one_each("predicted", "frames")
 
 
 def main(args: Namespace) -> None:

@@ -94,7 +94,6 @@ def add_options(parser: Parser) -> None:
     parser.add_predictions(required=True)
     parser.add_tables("uncertainty")
     parser.add_output("--figure", "PNG")
-    parser.one_each("predicted", "frames")
 
 
 def main(args: Namespace) -> None:

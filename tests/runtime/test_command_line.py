@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slurrycast.runtime.command_line import EXIT_UNFINISHED, Parser, input_file, named_file, run_main
+from slurrycast.runtime.command_line import EXIT_UNFINISHED, Parser, input_file, named_file, parse, run_main
 from slurrycast.runtime.files import InputError, RunError, Unfinished, write_text
 
 
@@ -105,6 +105,43 @@ def test_outputs_and_inputs_are_required_unless_there_may_be_none(tmp_path):
         parser.parse_args([])
     with pytest.raises(SystemExit):
         parser.parse_args(["--table", "a.csv", "--noise", str(tmp_path / "missing.csv")])
+
+
+def options_of_a_script(parser: Parser):
+    parser.add_value("--surrogate", "label")
+    parser.add_value("--frame", "number", type=int, default=None)
+    parser.add_value("--model-epochs", "number", type=int, default=None)
+    parser.add_tables("cost_scaling")
+    for name in ("runs", "thermo", "rdf"):
+        parser.add_value(f"--{name}", "names", nargs="*", default=[])
+    parser.as_many_of_each("runs", "thermo")
+    parser.one_each("thermo", "rdf")
+    parser.needs(lambda args: ["model_epochs"] if args.surrogate == "network" else [])
+    parser.add_check(lambda args: "not this frame" if args.frame == 7 else None)
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        ("--surrogate affine --runs a --thermo a --rdf b --frame 6", None),
+        ("--runs a --thermo a --rdf b", "the following arguments are required: --surrogate"),
+        ("--surrogate affine --runs a b --thermo a", "--runs and --thermo: as many of each are needed"),
+        ("--surrogate affine --rdf a", "0 --thermo but 1 --rdf: one each is needed"),
+        ("--surrogate network", "network needs --model-epochs"),
+        ("--surrogate affine --frame 7", "not this frame"),
+    ],
+)
+def test_options_that_do_not_fit_together_are_one_line(tmp_path, capsys, words, problem):
+    table = tmp_path / "cost_scaling.csv"
+    table.touch()
+    words = ["--cost-scaling", str(table), *words.split()]
+    if problem is None:
+        args = parse(options_of_a_script, "what it does", words)
+        assert (args.cost_scaling, args.frame, args.rdf) == (table, 6, ["b"])
+        return
+    with pytest.raises(SystemExit) as exit_:
+        parse(options_of_a_script, "what it does", words)
+    assert (exit_.value.code, capsys.readouterr().err) == (2, f"error: {problem}\n")
 
 
 def test_every_script_checks_its_inputs(root):

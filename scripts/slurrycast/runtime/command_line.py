@@ -36,7 +36,7 @@ class Parser(argparse.ArgumentParser):
     def add_input(self, option: str, content: str, **keywords: Any) -> None:
         """Add an option for an input file, which has to be there and undamaged; required unless nargs is "*"."""
         defaults = {"default": []} if keywords.get("nargs") == "*" else {"required": True}
-        self.add_argument(option, help=f"in: {content}", type=input_file, **defaults | keywords)
+        self.add_argument(option, help=f"in: {content}", **{"type": input_file} | defaults | keywords)
 
     def add_output(self, option: str, content: str, **keywords: Any) -> None:
         """Add an option for the path of an output, required by default."""
@@ -59,11 +59,12 @@ class Parser(argparse.ArgumentParser):
         options.add_argument("--ranks", default=1, type=int, help="MPI ranks")
 
     def add_predictions(self, *, required: bool) -> None:
-        """Predicted structures beside the DEM frames that they are compared with; see `one_each`."""
+        """Add predicted structures, as many DEM frames that they are compared with, and the number of the frame."""
         nargs = "+" if required else "*"
         self.add_input("--predicted", "predicted structures (HDF5)", nargs=nargs)
         self.add_input("--frames", "DEM frames (HDF5), one for each --predicted, in order", nargs=nargs)
-        self.add_argument("--target-frame", type=int, required=True, help="number of the DEM frame to compare with")
+        self.add_value("--target-frame", "number of the DEM frame to compare with", type=int)
+        self.one_each("predicted", "frames")
 
     def add_check(self, problem: Callable[[Namespace], str | None]) -> None:
         """End with the line that `problem` returns for the options, if it returns one."""
