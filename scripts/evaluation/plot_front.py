@@ -29,6 +29,7 @@ from slurrycast.report.figures import (
     DEM,
     FAINT,
     INK,
+    SURROGATE_MARKERS,
     annotate_beside,
     new_figure,
     plain_ticks,
@@ -37,8 +38,6 @@ from slurrycast.report.figures import (
 )
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
-
-MARKERS = "osD^vPX*<>hpd8"
 
 
 @dataclass(frozen=True)
@@ -158,7 +157,7 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
     """
     points = points.assign(plain=points.surrogate.map(plain_label)).reset_index(drop=True)
     plain = list(dict.fromkeys(points.plain))
-    markers = dict(zip(plain, MARKERS * len(plain), strict=False))
+    markers = dict(zip(plain, SURROGATE_MARKERS * len(plain), strict=False))
     figure = new_figure(11.0, 9.0)
     panels = figure.subplot_mosaic([["mse_of_affine"] * 2, ["density_error", "rdf_error"]])
     for column, axes in panels.items():

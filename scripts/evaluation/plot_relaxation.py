@@ -19,7 +19,7 @@ from slurrycast import surrogates
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
-from slurrycast.report.figures import FAINT, new_figure, plain_ticks, save_figure, surrogate_colours
+from slurrycast.report.figures import FAINT, SURROGATE_MARKERS, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
@@ -27,7 +27,6 @@ PANELS = {
     "density_in_sd": ("Density", "|density − DEM| (replica sd)"),
     "rdf_in_spread": ("RDF, all particles", "mean |g − g of the DEM| (replica spreads)"),
 }
-MARKERS = "osD^vPX*<>hpd8"
 MARGIN = 1.3  # around the points
 
 
@@ -37,7 +36,7 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
     known = known[np.isfinite(known) & (known > 0)]
     lowest, highest = min([band, *known]) / MARGIN, max([band, *known]) * MARGIN
     axes.axhspan(lowest, band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: within the band")
-    for (label, own), marker in zip(means.iterrows(), MARKERS * len(means), strict=False):
+    for (label, own), marker in zip(means.iterrows(), SURROGATE_MARKERS * len(means), strict=False):
         axes.plot(own.index, own, color=colours[label], marker=marker, ms=7, mec="white", mew=0.6, label=label)
     axes.set(xscale="log", yscale="log", ylim=(lowest, highest), xlabel="Steps of the relaxation")
     axes.set_xlim(means.columns.min() / MARGIN, means.columns.max() * MARGIN)

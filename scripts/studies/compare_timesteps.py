@@ -41,17 +41,16 @@ def run_row(run: dict, thermo: pd.DataFrame, structure: pd.DataFrame) -> dict:
     physics = run["physics"]
     timestep_us = physics["dem"]["timestep_us"]
     stiffness_kpa = physics["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+    rayleigh_us = rayleigh_time_us(particle_types(physics["formulation"]["phases"]), stiffness_kpa)
     values = structure.set_index("quantity").value
+    end = equilibrium(thermo.time_us.to_numpy(), thermo.density_g_cm3.to_numpy())
     return {
         "slurry": run["slurry"],
         "timestep_us": timestep_us,
         "seed": physics["slurry"]["seed"],
-        "rayleigh_share": timestep_us
-        / rayleigh_time_us(particle_types(physics["formulation"]["phases"]), stiffness_kpa),
+        "rayleigh_share": timestep_us / rayleigh_us,
         **{quantity: values[quantity] for quantity in MEASURED},
-        "time_to_equilibrium_us": equilibrium(
-            thermo.time_us.to_numpy(), thermo.density_g_cm3.to_numpy()
-        ).time_to_equilibrium_us,
+        "time_to_equilibrium_us": end.time_to_equilibrium_us,
         "cpu_s": run["start"]["cpu_s"] + sum(segment["cpu_s"] for segment in run["segments"]),
     }
 

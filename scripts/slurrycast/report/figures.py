@@ -36,6 +36,7 @@ SURROGATE_COLOURS = {
     "early_dem": "#9b4fa0",
 }
 FURTHER_SURROGATE_COLOURS = ("#c0694e", "#3f8f68", "#b8952e", "#5f5aa8", "#4a6a7a")
+SURROGATE_MARKERS = "osD^vPX*<>hpd8"
 PALEST = 0.62  # share of white in the last variant of a family
 
 STYLE = {
