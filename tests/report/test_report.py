@@ -18,7 +18,7 @@ from slurrycast.report.formats import SlurryValue, listed, named, number, span
 from slurrycast.report.network_table import read_network
 from slurrycast.report.results import Results
 from slurrycast.report.sections import report_html
-from slurrycast.report.statistics import article_differences, extrapolations, gain_over_affine, relaxation_steps
+from slurrycast.report.statistics import article_structures, extrapolations, gain_over_affine, relaxation_steps
 from slurrycast.runtime.files import InputError
 
 CONFIG = {
@@ -484,8 +484,8 @@ def test_verdicts():
     assert by_verdict(verdicts) == [("worse", ["d"]), ("better", ["b"]), ("tie", ["a", "c"])]
 
 
-def test_article_differences_are_the_published_ones():
-    differences = article_differences()
+def test_article_structures_are_the_published_ones():
+    differences = article_structures().difference
     assert differences.abs().mean() == pytest.approx(0.15, abs=0.005)
     assert differences.abs().idxmax() == "6"
     assert differences["6"] == pytest.approx(0.54, abs=0.005)

@@ -46,6 +46,7 @@ PARAMETERS = 23_803_139  # Table 2
 # Which stages the about 30 min hold, it does not say.
 FULL_DEM_MIN = 1230
 HYBRID_MIN = 30
+COST_RATIO = FULL_DEM_MIN / HYBRID_MIN
 INPUT_STEPS = INPUT_FRAMES[-1] * STEPS_PER_FRAME
 # What the text says of the parts of the about 30 min, by stage of this workflow; of the others it says nothing.
 HYBRID_PART_CLAIMS = {

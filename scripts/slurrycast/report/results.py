@@ -14,6 +14,12 @@ from slurrycast.report.network_table import Network
 from slurrycast.surrogates import family
 
 
+def with_differences(structures: pd.DataFrame) -> pd.DataFrame:
+    """Add the columns difference (hybrid less DEM, g/cm3) and share (of the DEM's) to density and dem_density."""
+    difference = structures.density - structures.dem_density
+    return structures.assign(difference=difference, share=difference / structures.dem_density)
+
+
 @dataclass(frozen=True)
 class Results:
     """Tables as in results/<run>/tables; the rest by slurry, surrogate or file stem."""
@@ -79,16 +85,12 @@ class Results:
 
         Columns: dem_density, dem_volume, density, volume, difference (hybrid less DEM, g/cm3), share (of the DEM's).
         """
-        columns = ["density_g_cm3", "volume_um3"]
-        by_slurry = self.density.set_index("slurry")
-        hybrid = by_slurry.loc[(self.density.surrogate == surrogate).to_numpy(), columns]
-        dem = by_slurry.loc[(self.density.model == "DEM").to_numpy(), columns]
-        hybrid.columns, dem.columns = ["density", "volume"], ["dem_density", "dem_volume"]
+        names = {"density_g_cm3": "density", "volume_um3": "volume"}
+        by_slurry = self.density.set_index("slurry")[[*names, "surrogate", "model"]].rename(columns=names)
+        hybrid = by_slurry.loc[by_slurry.surrogate == surrogate, names.values()]
+        dem = by_slurry.loc[by_slurry.model == "DEM", names.values()].add_prefix("dem_")
         order = [slurry for slurry in self.equilibrium.slurry if slurry in hybrid.index]
-        table = hybrid.loc[order].join(dem)
-        table["difference"] = table.density - table.dem_density
-        table["share"] = table.difference / table.dem_density
-        return table
+        return with_differences(hybrid.loc[order].join(dem))
 
     def errors(self, surrogate: str, axis: str = "all") -> pd.DataFrame:
         """Coordinate errors along `axis`, by slurry."""

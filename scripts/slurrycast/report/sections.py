@@ -10,10 +10,7 @@ from slurrycast.report.results import Results
 def report_html(results: Results) -> str:
     """The report: all tables and figures of a run, beside the numbers of the reference article."""
     gains = (statistics.gain_over_affine(results, surrogate) for surrogate in results.networks)
-    hybrid = {
-        "densities": comparison_statistics.densities(results),
-        "rdfs": comparison_statistics.rdfs(results),
-    }
+    rdfs = comparison_statistics.rdfs(results)
     sections = {
         "summary": statistics.key_results(results) | {"gains": [gain for gain in gains if gain is not None]},
         "workflow": {},
@@ -22,7 +19,8 @@ def report_html(results: Results) -> str:
         "surrogates": statistics.surrogates(results),
         "training_range": statistics.training_range(results),
         "comparison": {
-            **hybrid,
+            "rdfs": rdfs,
+            "densities": comparison_statistics.densities(results),
             "coordinates": comparison_statistics.coordinates(results),
             "pictures": comparison_statistics.pictures(results, results.compared),
         },
@@ -31,21 +29,11 @@ def report_html(results: Results) -> str:
         "provenance": comparison_statistics.provenance(results),
     }
     shared = {
-        "run": results.config["run"]["name"],
-        "config_text": results.config_text,
-        "surrogates": list(results.surrogates),
-        "networks": list(results.networks),
-        "adopted_model": results.adopted_model,
-        "expected_density_g_cm3": results.expected_density_g_cm3,
-        "input_frames": results.config["learning"]["input_frames"],
-        "particles": results.equilibrium.particles.sum(),
-        "train": results.slurries("train"),
-        "validation": results.slurries("validation"),
-        "test": results.test,
+        **vars(results),
+        **{role: results.slurries(role) for role in statistics.ROLE_NAMES},
         "compared": results.compared,
-        "new": results.slurries("new"),
-        "figures": results.figures,
-        "rdfs": hybrid["rdfs"],
+        "particles": results.equilibrium.particles.sum(),
+        "rdfs": rdfs,
         **statistics.notices(results),
     }
     return page_html("report", sections, shared)
@@ -66,13 +54,9 @@ def evaluation_html(evaluation: Evaluation) -> str:
         "uncertainty": evaluation_statistics.uncertainty(evaluation),
     }
     shared = {
-        "run": evaluation.run,
-        "networks": evaluation.networks,
+        **vars(evaluation),
         "missing": evaluation.missing_networks,
         "test": evaluation.test,
-        "density_tolerance": evaluation.density_tolerance,
-        "rdf_tolerance": evaluation.rdf_tolerance,
         "band_sds": BAND_SDS,
-        "figures": evaluation.figures,
     }
     return page_html("evaluation", sections, shared)

@@ -11,7 +11,7 @@ from slurrycast.evaluation.verdicts import by_verdict, judged
 from slurrycast.report import reference_article as article
 from slurrycast.report.formats import SlurryValue, number
 from slurrycast.report.names import pair_name, range_quantity
-from slurrycast.report.results import Results
+from slurrycast.report.results import Results, with_differences
 
 DENSITY_TOLERANCE = 0.02  # a final density this far from the expected one is worth a notice
 AFFINE = "affine"  # what a network is held against: it learns nothing but one packing fraction
@@ -27,20 +27,18 @@ def widest(values: pd.Series) -> SlurryValue | None:
 # ---- the reference article
 
 
-def article_differences() -> pd.Series:
-    """Hybrid less DEM density (g/cm3) in the article, by slurry."""
-    structures = article.DEM_STRUCTURE.items()
-    return pd.Series({id: article.HYBRID_STRUCTURE[id].density_g_cm3 - dem.density_g_cm3 for id, dem in structures})
+def article_structures() -> pd.DataFrame:
+    """Final structures of the article by slurry, with the columns of `Results.structures`."""
+    dem, hybrid = (
+        pd.DataFrame(table.values(), index=list(table)).set_axis(["density", "volume"], axis="columns")
+        for table in (article.DEM_STRUCTURE, article.HYBRID_STRUCTURE)
+    )
+    return with_differences(hybrid.join(dem.add_prefix("dem_")))
 
 
-def article_shares() -> pd.Series:
-    """Hybrid less DEM density in the article as a share of the DEM's, by slurry."""
-    return article_differences() / pd.Series({id: dem.density_g_cm3 for id, dem in article.DEM_STRUCTURE.items()})
-
-
-def article_mean_errors() -> pd.Series:
-    """Means over the article's slurries of mse_um2, mae_um and r2."""
-    return pd.DataFrame(article.COORDINATE_ERRORS.values()).mean()
+def article_errors() -> pd.DataFrame:
+    """mse_um2, mae_um and r2 of the article by slurry."""
+    return pd.DataFrame(article.COORDINATE_ERRORS.values(), index=list(article.COORDINATE_ERRORS))
 
 
 # ---- notices and summary
@@ -124,6 +122,7 @@ def key_results(results: Results) -> dict:
     """Means over the test slurries, one for each surrogate, and the article's."""
     labels, test = results.surrogates, results.test
     shares = [results.structures(name).share.abs().reindex(test) for name in labels]
+    article_shares = article_structures().share.abs()
 
     def mean_ratios(clock: str, column: str) -> list[float]:
         table = results.speedups(clock)
@@ -143,10 +142,9 @@ def key_results(results: Results) -> dict:
         ],
         "ratio": mean_ratios("wall_s", "ratio"),
         "ratio_to_equilibrium": mean_ratios("wall_s", "ratio_to_equilibrium"),
-        "article_errors": article_mean_errors(),
-        "article_share": article_shares().abs().mean(),
-        "article_largest": widest(article_shares().abs()),
-        "article_ratio": article.FULL_DEM_MIN / article.HYBRID_MIN,
+        "article_errors": article_errors().mean(),
+        "article_share": article_shares.mean(),
+        "article_largest": widest(article_shares),
     }
 
 
@@ -167,7 +165,6 @@ def settings(results: Results) -> dict:
         deviation = 100 * (fractions - wanted).abs().max()
         phases.append([phase, recipe["density_g_cm3"], classes, wanted, fractions, deviation])
     return {
-        "dem": dem,
         "simulated_us": dem["steps"] * dem["timestep_us"],
         "steps_per_frame": steps_per_frame,
         "input_steps": [frame * steps_per_frame for frame in learning["input_frames"]],
@@ -210,7 +207,6 @@ def dem_runs(results: Results) -> dict:
     settled = complete[complete.warning == ""].dropna(subset=["time_to_equilibrium_us"])
     return {
         "rows": rows,
-        "unit_mass_pg": results.config["formulation"]["unit_mass_pg"],
         "times_us": settled.time_to_equilibrium_us,
         "slowest": None if settled.empty else settled.loc[settled.time_to_equilibrium_us.idxmax()],
         "unsettled": list(complete.slurry[complete.warning != ""]),
