@@ -54,7 +54,7 @@ def read_data(
     surrogate: Surrogate, args: Namespace, settings: Mapping
 ) -> tuple[TrainingSet | tuple[list[Trajectory], list[Trajectory]], int]:
     """Data to train the surrogate on, as `Surrogate.train` takes them, and the number of training particles."""
-    if surrogate.learns_from_samples:
+    if surrogate.learns_from == "samples":
         training_set = read_training_set(args.dataset)
         return training_set, len(training_set)
     slurries = read_trajectories(args.frames, partial(surrogate.needed_frames, settings))
@@ -83,7 +83,7 @@ def main(args: Namespace) -> None:
     label = surrogates.parse(args.surrogate)
     settings = {**args.settings, **label.settings, "seed": args.seed}
     surrogate, sources = label.surrogate, learned_from(args)
-    if surrogate.learns_from_frames:
+    if surrogate.learns_from == "frames":
         settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame}
     known = [*map(checksum, sources), args.surrogate, settings, *code_versions(label.name)]
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()

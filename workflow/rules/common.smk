@@ -200,7 +200,7 @@ def model_of(label):
 
 def learns_from_frames(wildcards):
     """Whether a surrogate learns from whole slurries instead of the training set."""
-    return KINDS[wildcards.surrogate].learns_from_frames
+    return KINDS[wildcards.surrogate].learns_from == "frames"
 
 
 def learned_from(wildcards):

@@ -50,7 +50,7 @@ def labels(config: Mapping, _) -> Iterator[str]:
                 continue
             if last is None:  # the last of the input frames
                 continue
-            if surrogate.learns_from_samples:
+            if surrogate.learns_from == "samples":
                 yield f"{key}: {shown(text)}: must be {label.name}, which learns from learning.input_frames only"
             elif not 0 < last < target:
                 yield f"{key}: {shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"

@@ -94,15 +94,14 @@ class FrameStore:
     def _check(self) -> None:
         """Refuse arrays whose shapes or kinds do not belong together; ValueError says which."""
         n, frames = len(self.particles.id), len(self.frame_numbers)
-        arrays = {name: self._group[name] for name, _, _ in _STATIC}
-        held = [name for name, _, _ in _TIME_DEPENDENT if name not in _OPTIONAL or name in self._group]
-        arrays |= {f"{name}/value": self._group[f"{name}/value"] for name in held}
-        arrays |= {"frame_numbers": self.frame_numbers, "position/step": self.steps, "position/time": self.times_us}
-        of_frames = {"frame_numbers": (), "position/step": (), "position/time": (), "coordination/value": (n,)}
-        of_frames |= {"position/value": (n, 3), "scaled_position/value": (n, 3), "position_spread/value": (n, 3)}
-        of_frames |= {"box/edges/value": (3,), "box/lower/value": (3,)}
-        for name, array in arrays.items():
-            shape = (frames, *of_frames[name]) if name in of_frames else (n,)
+        shapes = {name: (n,) for name, _, _ in _STATIC}
+        shapes |= dict.fromkeys(("frame_numbers", "position/step", "position/time"), (frames,))
+        for name, _, _ in _TIME_DEPENDENT:
+            if name not in _OPTIONAL or name in self._group:
+                of_frame = (3,) if name.startswith("box/") else (n,) if name == "coordination" else (n, 3)
+                shapes[f"{name}/value"] = (frames, *of_frame)
+        for name, shape in shapes.items():
+            array = self.frame_numbers if name == "frame_numbers" else self._group[name]
             if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
                 raise ValueError(f"{name} holds {array.dtype} of shape {array.shape}, expected are numbers of {shape}")
 
@@ -115,8 +114,11 @@ class FrameStore:
         if k not in self._row:
             held = f"{self.frame_numbers[0]} to {self.last}"
             raise InputError(f"{self.path}: frame {k} is not in the file, which holds frames {held}")
+        return self._values(name, self._row[k])
+
+    def _values(self, name: str, rows: int | slice) -> np.ndarray:
         try:
-            return self._group[f"{name}/value"][self._row[k]]
+            return self._group[f"{name}/value"][rows]
         except NOT_AS_EXPECTED as error:
             raise _unreadable(self.path, error) from error
 
@@ -142,26 +144,13 @@ class FrameStore:
 
     def frame(self, k: int) -> Frame:
         """All of frame `k`."""
-        lower_um, edges_um = self.box(k)
+        held = {field: self._at(name, k) for name, field, _ in _TIME_DEPENDENT if name in self._group}
         row = self._row[k]
-        return Frame(
-            number=k,
-            step=int(self.steps[row]),
-            time_us=float(self.times_us[row]),
-            position_um=self.position_um(k),
-            scaled_position=self.scaled_position(k),
-            coordination=self.coordination(k),
-            lower_um=lower_um,
-            edges_um=edges_um,
-            position_spread_um=self.position_spread_um(k),
-        )
+        return Frame(k, int(self.steps[row]), float(self.times_us[row]), **held)
 
     def all_edges_um(self) -> np.ndarray:
         """Edges (frames, 3) of the box in um at every frame of the file, in their order."""
-        try:
-            return self._group["box/edges/value"][:]
-        except NOT_AS_EXPECTED as error:
-            raise _unreadable(self.path, error) from error
+        return self._values("box/edges", slice(None))
 
     def volume_um3(self, k: int) -> float:
         """Volume of the box at frame `k` in um3."""
@@ -256,7 +245,7 @@ def write_frames(
         box = group.create_group("box")
         box.attrs["dimension"] = 3
         box.attrs["boundary"] = ["periodic"] * 3
-        numbers, steps, times_us = [], [], []
+        instants = []
         written = _TIME_DEPENDENT
         for count, frame in enumerate(frames):
             held = [(name, *rest) for name, *rest in _TIME_DEPENDENT if getattr(frame, rest[0]) is not None]
@@ -274,16 +263,15 @@ def write_frames(
                 data = group[f"{name}/value"]
                 data.resize(count + 1, axis=0)
                 data[count] = value
-            numbers.append(frame.number)
-            steps.append(frame.step)
-            times_us.append(frame.time_us)
+            instants.append((frame.number, frame.step, frame.time_us))
+        numbers, steps, times_us = map(np.array, zip(*instants, strict=True))
         # One step and one time array, linked from every element as H5MD proposes.
-        group["position/step"] = np.array(steps)
-        group["position/time"] = np.array(times_us)
+        group["position/step"] = steps
+        group["position/time"] = times_us
         group["position/time"].attrs["units"] = "us"
         for name, _, _ in written[1:]:
             group[f"{name}/step"] = group["position/step"]
             group[f"{name}/time"] = group["position/time"]
-        file["parameters/frame_numbers"] = np.array(numbers)
+        file["parameters/frame_numbers"] = numbers
         file["parameters"].attrs.update(attributes)
         file["parameters"].attrs["phases"] = list(particles.phase_names)

@@ -86,17 +86,6 @@ def run_part(
     return result
 
 
-def check_written(work: Path, last: int, n_frames: int, particles: int) -> None:
-    """Refuse, with RunError, a segment whose frames or restart file are not complete: LAMMPS ignores a full disk."""
-    frames = work / f"frames_{last}.dump"
-    with frames.open("rb") as file:
-        lines = sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b""))
-    expected = n_frames * (particles + DUMP_HEADER_LINES)
-    if lines != expected:
-        raise RunError(f"{frames}: has {lines} lines of {expected}: LAMMPS could not write it whole; is the disk full?")
-    check_restart(work / f"step_{last}.restart")
-
-
 def check_restart(restart: Path) -> None:
     """Refuse, with RunError, a restart file that is not complete."""
     with restart.open("rb") as file:
@@ -212,5 +201,14 @@ class Chain:
 
     def _check_segment(self, work: Path, first: int, last: int, frame_steps: int) -> None:
         """Refuse the files of a segment, with RunError, if one is not complete or the contact history was not read."""
-        check_written(work, last, (last - first) // frame_steps + (first == 0), self.inputs["particles"])
+        frames = work / f"frames_{last}.dump"
+        with frames.open("rb") as file:
+            lines = sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b""))
+        n_frames = (last - first) // frame_steps + (first == 0)
+        expected = n_frames * (self.inputs["particles"] + DUMP_HEADER_LINES)
+        if lines != expected:  # LAMMPS ignores a full disk
+            raise RunError(
+                f"{frames}: has {lines} lines of {expected}: LAMMPS could not write it whole; is the disk full?"
+            )
+        check_restart(work / f"step_{last}.restart")
         refuse_lost_history(work / f"segment_{last}.log", work / f"step_{first}.restart")

@@ -120,11 +120,10 @@ def run_lammps(
     settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     columns: list[str] = []
     tail: deque[str] = deque(maxlen=5)
     error = ""
-    with _started(command, folder, launcher.ranks, environment) as process:
+    with _started(command, folder, launcher.ranks) as process:
         try:
             for line in process.stdout:
                 tail.append(line.strip())
@@ -170,7 +169,7 @@ def _end(process: subprocess.Popen, ranks: int) -> None:
     process.kill()
 
 
-def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[str, str]) -> subprocess.Popen:
+def _started(command: list[str], folder: Path, ranks: int) -> subprocess.Popen:
     """Start LAMMPS with the locks of this process; one that runs alone does not hear SIGTERM.
 
     Schedulers send it to every process of a job, and it is this process that decides when LAMMPS ends.
@@ -180,7 +179,7 @@ def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[
         return subprocess.Popen(
             command,
             cwd=folder,
-            env=environment,
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
             close_fds=False,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -189,46 +188,6 @@ def _started(command: list[str], folder: Path, ranks: int, environment: Mapping[
         )
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-
-
-def continue_dem(
-    script: str,
-    launcher: Launcher,
-    inputs: Mapping,
-    restart: Path,
-    coefficients: Path,
-    folder: Path,
-    variables: Mapping[str, object],
-    progress: Callable[[int, float], None] | None = None,
-) -> Log:
-    """Continue the DEM of a slurry from a restart file.
-
-    Parameters
-    ----------
-    script, launcher, folder, progress
-        As `run_lammps` takes them; the log has the name of the script.
-    inputs
-        Content of the slurry's inputs.json.
-    restart, coefficients
-        Restart file, and the pair coefficients of the slurry.
-    variables
-        Variables of the script that the physics of the slurry leaves open (round_steps, max_rounds, ...), and any that
-        replace the physics.
-
-    Raises
-    ------
-    RunError
-        As `run_lammps`, and if LAMMPS dropped the contact history that the restart file holds.
-    """
-    physics = inputs["physics"]
-    shutil.copyfile(restart, folder / "start.restart")
-    shutil.copyfile(coefficients, folder / "coefficients.lmp")
-    fixed = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
-    every = {**force_field_variables(physics["force_field"], physics["dem"]), **fixed, **variables}
-    name = f"{Path(script).stem}.log"
-    log = run_lammps(launcher, script, every, folder, name, progress)
-    refuse_lost_history(folder / name, restart)
-    return log
 
 
 def refuse_lost_history(log: Path, restart: Path) -> None:

@@ -1,5 +1,6 @@
 """From weight fractions and size classes to whole particles, and from particles to a starting box. Pure numpy."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -37,23 +38,19 @@ class ParticleType:
 
 def particle_types(phases: Mapping) -> list[ParticleType]:
     """List the particle types of `formulation.phases` in the order of the configuration."""
-    classes = [
-        (phase, index, number, phases[phase], size_class)
-        for index, phase in enumerate(phases, 1)
-        for number, size_class in enumerate(phases[phase]["size_classes"], 1)
-    ]
+    type_numbers = itertools.count(1)
     return [
         ParticleType(
-            type=type_,
+            type=next(type_numbers),
             phase=phase,
             phase_index=index,
             size_class=number,
-            diameter_um=size_class["diameter_um"],
             density_g_cm3=settings["density_g_cm3"],
             mass_fraction=settings["mass_fraction"],
-            number_fraction=size_class["number_fraction"],
+            **size_class,
         )
-        for type_, (phase, index, number, settings, size_class) in enumerate(classes, 1)
+        for index, (phase, settings) in enumerate(phases.items(), 1)
+        for number, size_class in enumerate(settings["size_classes"], 1)
     ]
 
 

@@ -116,16 +116,6 @@ class Surrogate:
         return self.model_file == "model.json"
 
     @property
-    def learns_from_frames(self) -> bool:
-        """Whether it learns from whole slurries."""
-        return self.learns_from == "frames"
-
-    @property
-    def learns_from_samples(self) -> bool:
-        """Whether it learns from the particles of the training set."""
-        return self.learns_from == "samples"
-
-    @property
     def continues_dem(self) -> bool:
         """Whether it continues the DEM."""
         return self.dem_script is not None

@@ -35,7 +35,7 @@ class DrivenDem(Surrogate):
     def predict(self, inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
         """Return the coordinates (n, 3) in um after `steps` steps in which the box goes to the final edges.
 
-        RunError as from `lammps_run.continue_dem`, and if the box does not end there.
+        RunError as from `Continuation.run`, and if the box does not end there.
         """
         from slurrycast.dem.lammps_dump import read_dump
 

@@ -1,5 +1,6 @@
 """What a surrogate is asked and what it answers."""
 
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.dem.lammps_log import Log
-from slurrycast.dem.lammps_run import Launcher, continue_dem
+from slurrycast.dem.lammps_run import Launcher, force_field_variables, refuse_lost_history, run_lammps
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,30 @@ class Continuation:
     work: Path
 
     def run(self, script: str, variables: Mapping[str, object], progress: Callable[[int, float], None]) -> Log:
-        """Continue by a script of scripts/lammps with its `variables`; its log. RunError as from `continue_dem`."""
-        places = self.restart, self.coefficients, self.work
-        return continue_dem(script, self.launcher, self.inputs, *places, variables, progress)
+        """Continue the DEM and return the log of LAMMPS, which has the name of the script.
+
+        Parameters
+        ----------
+        script, progress
+            As `lammps_run.run_lammps` takes them.
+        variables
+            Variables of the script that the physics of the slurry leaves open (round_steps, max_rounds, ...), and any
+            that replace the physics.
+
+        Raises
+        ------
+        RunError
+            As `run_lammps`, and if LAMMPS dropped the contact history that the restart file holds.
+        """
+        physics = self.inputs["physics"]
+        shutil.copyfile(self.restart, self.work / "start.restart")
+        shutil.copyfile(self.coefficients, self.work / "coefficients.lmp")
+        files = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
+        settings = {**force_field_variables(physics["force_field"], physics["dem"]), **files, **variables}
+        name = f"{Path(script).stem}.log"
+        log = run_lammps(self.launcher, script, settings, self.work, name, progress)
+        refuse_lost_history(self.work / name, self.restart)
+        return log
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ from slurrycast.data.trajectories import Trajectory
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.backend import read_model, start_keras
 from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
+from slurrycast.surrogates.neighbours import targets
 from slurrycast.surrogates.neighbours.graph import Graph, slurry_graph
-from slurrycast.surrogates.neighbours.targets import needed_frames, windows
 from slurrycast.surrogates.neighbours.training import train
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
@@ -60,15 +60,11 @@ class Neighbours(Surrogate):
         """Shape of the input that tells how many frames a network was trained on."""
         return {"past": (3, n_frames - 1)}
 
-    def needed_frames(
-        self, settings: Mapping, edges_um: Mapping[int, np.ndarray], *, moved: bool = True
-    ) -> Sequence[int]:
-        """See `targets.needed_frames`."""
-        return needed_frames(settings, edges_um, moved=moved)
+    needed_frames = staticmethod(targets.needed_frames)
 
     def first_frame_seen(self, input_frames: Sequence[int], settings: Mapping) -> int:
         """Earliest last input frame among the windows that it learns from."""
-        return windows(input_frames, settings["earlier_frames"])[0][-1]
+        return targets.windows(input_frames, settings["earlier_frames"])[0][-1]
 
     def train(
         self, data: tuple[Sequence[Trajectory], Sequence[Trajectory]], settings: Mapping, folder: Path
