@@ -64,10 +64,7 @@ def coordinate_errors(target_um: np.ndarray, predicted_um: np.ndarray) -> dict[s
 
 
 def true_box_errors(
-    target_um: np.ndarray,
-    predicted_um: np.ndarray,
-    target_edges_um: np.ndarray,
-    predicted_edges_um: np.ndarray,
+    target_um: np.ndarray, predicted_um: np.ndarray, target_edges_um: np.ndarray, predicted_edges_um: np.ndarray
 ) -> dict[str, CoordinateError]:
     """Errors of predicted coordinates that are rescaled to the box of the target, per axis about its centre.
 

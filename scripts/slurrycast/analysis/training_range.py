@@ -95,14 +95,9 @@ def mean_radius_um(particles: Particles, types: Mapping[int, tuple[int, float]])
 
 def types_of(slurries: Iterable[Particles]) -> dict[int, tuple[int, float]]:
     """Phase and radius (um) of each particle type that occurs; a small slurry may have no particle of a rare one."""
-    types = {}
-    for particles in slurries:
-        present, first = np.unique(particles.type, return_index=True)
-        types |= {
-            int(t): (int(particles.phase[i]), float(particles.radius_um[i]))
-            for t, i in zip(present, first, strict=True)
-        }
-    return dict(sorted(types.items()))
+    properties = [np.column_stack([each.type, each.phase, each.radius_um]) for each in slurries]
+    rows = np.unique(np.concatenate(properties), axis=0)
+    return {int(number): (int(phase), float(radius_um)) for number, phase, radius_um in rows}
 
 
 def quantities(slurry: State, types: Mapping[int, tuple[int, float]]) -> dict[str, Value]:
@@ -156,7 +151,7 @@ def compare_with_training(
         Densities of the training slurries in g/cm3 at input frames before the last one.
     """
     types = types_of(each.particles for each in (slurry, *training))
-    of_training = [quantities(each, types) for each in training]
-    ranges = {name: [each[name] for each in of_training] for name in of_training[0]}
+    training_quantities = [quantities(each, types) for each in training]
+    ranges = {name: [each[name] for each in training_quantities] for name in training_quantities[0]}
     ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
     return {name: compare(value, ranges[name]) for name, value in quantities(slurry, types).items()}

@@ -23,5 +23,5 @@ def first_frame_seen(config: Mapping, label: str) -> int:
 def relaxation_steps(config: Mapping, label: str) -> int:
     """Steps for which predictions of the surrogate with this label are relaxed in the main job."""
     settings = config["relaxation"]
-    of_surrogate = settings["steps_of"].get(surrogates.parse(label).name, settings["steps"])
-    return settings["steps_of"].get(label, of_surrogate)
+    by_name = settings["steps_of"].get(surrogates.parse(label).name, settings["steps"])
+    return settings["steps_of"].get(label, by_name)

@@ -97,17 +97,17 @@ def model(config: Mapping, _) -> Iterator[str]:
     if not _is_file(path):
         yield f"surrogate.model = {shown(path)}: no such file: must be null or a trained model.keras"
     try:
-        of_model = [text for text in names if surrogates.parse(text).surrogate.is_trained]
+        trained = [text for text in names if surrogates.parse(text).surrogate.is_trained]
     except InputError:
         return  # reported by `labels`
-    if len(of_model) != 1:
+    if len(trained) != 1:
         yield (
             f"surrogate.names = {shown(names)}: must hold one surrogate with a Keras model, the one that "
             "surrogate.model is of"
         )
-    elif not without_training(config, of_model[0]):
+    elif not without_training(config, trained[0]):
         yield (
-            f"surrogate.packing_fraction = null: must be a number for {of_model[0]} with surrogate.model: the training "
+            f"surrogate.packing_fraction = null: must be a number for {trained[0]} with surrogate.model: the training "
             "slurries, which would give it, are not run"
         )
 

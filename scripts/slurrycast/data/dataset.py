@@ -20,9 +20,9 @@ import numpy as np
 
 from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
 
-_OF_SAMPLES = ("features", "targets", "slurry_index", "particle_id", "is_validation")
-_OF_SLURRIES = ("input_edges_um", "target_edges_um")
-_IN_UM = ("targets", *_OF_SLURRIES)
+_SAMPLE_ARRAYS = ("features", "targets", "slurry_index", "particle_id", "is_validation")
+_SLURRY_ARRAYS = ("input_edges_um", "target_edges_um")
+_IN_UM = ("targets", *_SLURRY_ARRAYS)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def _check(path: str | Path, data: TrainingSet) -> None:
     shapes = {
         "features": (n, len(data.input_frames), len(data.feature_names)),
         "targets": (n, 3),
-        **dict.fromkeys(_OF_SAMPLES[2:], (n,)),
+        **dict.fromkeys(_SAMPLE_ARRAYS[2:], (n,)),
         "input_edges_um": (len(data.slurries), len(data.input_frames), 3),
         "target_edges_um": (len(data.slurries), 3),
     }
@@ -90,7 +90,7 @@ def _check(path: str | Path, data: TrainingSet) -> None:
             raise InputError(
                 f"{path}: {name} must be finite, {len(bad)} values are not, the first in sample {bad[0][0]}"
             )
-    for name in _OF_SLURRIES:
+    for name in _SLURRY_ARRAYS:
         if not (getattr(data, name) > 0).all() or not np.isfinite(getattr(data, name)).all():
             raise InputError(f"{path}: {name} must be finite and above 0")
     if data.is_validation.dtype != bool or data.is_validation.all() or not data.is_validation.any():
@@ -103,7 +103,7 @@ def write_training_set(path: str | Path, data: TrainingSet, seed: int) -> None:
     """Write `data`, compressed; `seed` is that of the split. InputError for wrong shapes or non-finite values."""
     _check(path, data)
     with hdf5_moved_into_place(path) as file:
-        for name in _OF_SAMPLES + _OF_SLURRIES:
+        for name in _SAMPLE_ARRAYS + _SLURRY_ARRAYS:
             file.create_dataset(name, data=getattr(data, name), compression="gzip", shuffle=True)
         for name in _IN_UM:
             file[name].attrs["unit"] = "um"
@@ -118,7 +118,7 @@ def read_training_set(path: str | Path) -> TrainingSet:
     try:
         with h5py.File(path) as file:
             data = TrainingSet(
-                **{name: file[name][:] for name in _OF_SAMPLES + _OF_SLURRIES},
+                **{name: file[name][:] for name in _SAMPLE_ARRAYS + _SLURRY_ARRAYS},
                 slurries=tuple(str(name) for name in file.attrs["slurries"]),
                 feature_names=tuple(str(name) for name in file.attrs["feature_names"]),
                 input_frames=tuple(int(frame) for frame in file.attrs["input_frames"]),

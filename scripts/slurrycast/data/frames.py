@@ -98,8 +98,8 @@ class FrameStore:
         shapes |= dict.fromkeys(("frame_numbers", "position/step", "position/time"), (frames,))
         for name, _, _ in _TIME_DEPENDENT:
             if name not in _OPTIONAL or name in self._group:
-                of_frame = (3,) if name.startswith("box/") else (n,) if name == "coordination" else (n, 3)
-                shapes[f"{name}/value"] = (frames, *of_frame)
+                frame_shape = (3,) if name.startswith("box/") else (n,) if name == "coordination" else (n, 3)
+                shapes[f"{name}/value"] = (frames, *frame_shape)
         for name, shape in shapes.items():
             array = self.frame_numbers if name == "frame_numbers" else self._group[name]
             if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
@@ -213,10 +213,7 @@ _STATIC = (
 
 
 def write_frames(
-    path: str | Path,
-    particles: Particles,
-    frames: Iterable[Frame],
-    attributes: Mapping[str, str | int | float],
+    path: str | Path, particles: Particles, frames: Iterable[Frame], attributes: Mapping[str, str | int | float]
 ) -> None:
     """Write a frame store, one frame after the other, in compressed, checksummed chunks of one frame each.
 

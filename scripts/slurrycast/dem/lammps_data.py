@@ -38,9 +38,9 @@ def write_data(
         f"{low!r} {high!r} {axis}lo {axis}hi"
         for low, high, axis in zip(lower_um.tolist(), upper_um.tolist(), "xyz", strict=True)
     ]
-    of_type = {t.type: f"{t.type} {t.diameter_um!r} {t.density_g_cm3!r}" for t in types}
+    type_columns = {t.type: f"{t.type} {t.diameter_um!r} {t.density_g_cm3!r}" for t in types}
     atoms = [
-        f"{number} {of_type[int(kind)]} {x!r} {y!r} {z!r}"
+        f"{number} {type_columns[int(kind)]} {x!r} {y!r} {z!r}"
         for number, (kind, (x, y, z)) in enumerate(zip(particle_type, position_um.tolist(), strict=True), 1)
     ]
     head = [f"{len(atoms)} atoms", f"{len(types)} atom types", "", *bounds]

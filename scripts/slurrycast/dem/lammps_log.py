@@ -24,11 +24,11 @@ class Log:
 
 def thermo_row(line: str, columns: int) -> list[float] | None:
     """The numbers of a line of the thermo table, or None for any other line."""
-    words = line.split()
-    if len(words) != columns or not words[0].isdecimal():
+    cells = line.split()
+    if len(cells) != columns or not cells[0].isdecimal():
         return None
     try:
-        return [float(word) for word in words]
+        return [float(cell) for cell in cells]
     except ValueError:
         return None
 
@@ -50,9 +50,9 @@ def read_log(path: str | Path) -> Log:
     columns: tuple[str, ...] = ()
     rows: list[list[float]] = []
     for line in text.splitlines():
-        words = line.split()
-        if words[:1] == ["Step"]:
-            columns, rows = tuple(words), []
+        cells = line.split()
+        if cells[:1] == ["Step"]:
+            columns, rows = tuple(cells), []
         elif columns and (row := thermo_row(line, len(columns))):
             rows.append(row)
     thermo = np.array(rows).reshape(len(rows), len(columns))

@@ -31,12 +31,12 @@ class Launcher:
 
     def command(self) -> list[str]:
         """Command line without LAMMPS' own options; InputError if a program cannot be found."""
-        words = _found("dem.executable", self.executable)
-        return [*_found("dem.launcher", self.launcher), "-n", str(self.ranks), *words] if self.ranks > 1 else words
+        lammps = _resolved("dem.executable", self.executable)
+        return [*_resolved("dem.launcher", self.launcher), "-n", str(self.ranks), *lammps] if self.ranks > 1 else lammps
 
 
-def _found(key: str, command: str) -> list[str]:
-    """Words of `command` with the full path of its program, since LAMMPS is started from another folder."""
+def _resolved(key: str, command: str) -> list[str]:
+    """Program, with its full path since LAMMPS is started from another folder, and options of `command`."""
     # a program, whose path may hold spaces, or a program with options of its own
     program, *options = [command] if shutil.which(command) else shlex.split(command)
     path = shutil.which(program)
@@ -117,7 +117,7 @@ def run_lammps(
     InputError
         If LAMMPS or the launcher cannot be found.
     """
-    settings = [word for name, value in variables.items() for word in ("-var", name, str(value))]
+    settings = [part for name, value in variables.items() for part in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
     columns: list[str] = []

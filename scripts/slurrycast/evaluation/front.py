@@ -203,11 +203,10 @@ def at_equal_cost(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.DataFram
     rows = []
     for point in points[~faster].itertuples():
         beside, note = reference_at_cost(point.cost_share_of_full_dem, points[faster & (points.slurry == point.slurry)])
-        row = {name: getattr(point, name) for name in ("surrogate", "slurry", "cost_share_of_full_dem")}
-        row[f"{REFERENCE}_cost_share"] = beside["cost_share"]
+        row = [point.surrogate, point.slurry, point.cost_share_of_full_dem, beside["cost_share"]]
         for name in ERRORS:
-            row |= {name: getattr(point, name), f"{REFERENCE}_{name}": beside[name]}
-        rows.append(row | {"note": note})
+            row += [getattr(point, name), beside[name]]
+        rows.append([*row, note])
     columns = ["surrogate", "slurry", "cost_share_of_full_dem", f"{REFERENCE}_cost_share"]
     columns += [column for name in ERRORS for column in (name, f"{REFERENCE}_{name}")]
     return pd.DataFrame(rows, columns=[*columns, "note"])

@@ -58,21 +58,14 @@ def relaxation_errors(
     bins = min(len(structure.curve) for structure in (dem, *relaxed.values()))
     spread = noise.rdf_spread("all", particles, replica_curves, bins) or np.nan
     sd_g_cm3 = noise.spread("density_g_cm3", particles) or np.nan
-    rows = []
-    for steps, structure in sorted(relaxed.items()):
-        off_g_cm3 = structure.density_g_cm3 - dem.density_g_cm3
-        density_in_sd = abs(off_g_cm3) / sd_g_cm3
-        rdf_in_spread = rdf_difference(structure.curve[:bins], dem.curve[:bins]) / spread
-        rows.append(
-            {
-                "steps": steps,
-                "density_error": off_g_cm3 / dem.density_g_cm3,
-                "density_in_sd": density_in_sd,
-                "rdf_in_spread": rdf_in_spread,
-                "within_band": bool(density_in_sd <= BAND_SDS and rdf_in_spread <= rdf_tolerance),
-            }
-        )
-    return pd.DataFrame(rows)
+    structures = [structure for _, structure in sorted(relaxed.items())]
+    off_g_cm3 = pd.Series([structure.density_g_cm3 - dem.density_g_cm3 for structure in structures])
+    differences = [rdf_difference(structure.curve[:bins], dem.curve[:bins]) for structure in structures]
+    table = pd.DataFrame({"steps": sorted(relaxed), "density_error": off_g_cm3 / dem.density_g_cm3})
+    table["density_in_sd"] = off_g_cm3.abs() / sd_g_cm3
+    table["rdf_in_spread"] = np.array(differences) / spread
+    table["within_band"] = (table.density_in_sd <= BAND_SDS) & (table.rdf_in_spread <= rdf_tolerance)
+    return table
 
 
 def enough_steps(table: pd.DataFrame) -> dict[str, list[int]]:

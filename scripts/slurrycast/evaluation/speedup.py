@@ -35,11 +35,11 @@ TRAINING_SLURRY_STAGES = ("generate_inputs", "run_slurry", "extract_frames")
 FEWEST_TO_FIT, SPAN_TO_FIT = 3, 2.0  # slurries, and largest over smallest number of particles, for an exponent
 
 
-def label_and_steps(word: str) -> tuple[str, int]:
+def label_and_steps(text: str) -> tuple[str, int]:
     """Read `label=steps` of a command line: the DEM step of a surrogate's last input frame."""
-    label, _, steps = word.partition("=")
+    label, _, steps = text.partition("=")
     if not label or not steps.isdecimal():
-        raise argparse.ArgumentTypeError(f"{word!r}: must be label=steps, such as affine_f02=1000")
+        raise argparse.ArgumentTypeError(f"{text!r}: must be label=steps, such as affine_f02=1000")
     return label, int(steps)
 
 
@@ -273,25 +273,24 @@ def scaling(
             dem_s = np.nan if np.isnan(training_s) else training_dem_seconds(costs, training, clock)
         test = compared[compared.slurry.map(roles) == "test"]
         saved_s = float((test.dem - test.hybrid).median())
-        exponents = {}
+        row = {
+            "surrogate": surrogate,
+            "clock": clock,
+            "slurries": len(compared),
+            "fewest_particles": compared.particles.min(),
+            "most_particles": compared.particles.max(),
+        }
         for name in ("hybrid", "dem"):
             fit = exponent(compared.particles.to_numpy(), compared[name].to_numpy())
-            exponents |= dict(zip((f"{name}_exponent", f"{name}_exponent_se"), fit, strict=True))
-        rows.append(
-            {
-                "surrogate": surrogate,
-                "clock": clock,
-                "slurries": len(compared),
-                "fewest_particles": compared.particles.min(),
-                "most_particles": compared.particles.max(),
-                **exponents,
-                "training_s": training_s,
-                "training_dem_s": dem_s,
-                "saved_s_per_slurry": saved_s,
-                "slurries_to_pay_training": slurries_to_pay(training_s, saved_s),
-                "slurries_to_pay_training_and_dem": slurries_to_pay(training_s + dem_s, saved_s),
-            }
-        )
+            row[f"{name}_exponent"], row[f"{name}_exponent_se"] = fit
+        row |= {
+            "training_s": training_s,
+            "training_dem_s": dem_s,
+            "saved_s_per_slurry": saved_s,
+            "slurries_to_pay_training": slurries_to_pay(training_s, saved_s),
+            "slurries_to_pay_training_and_dem": slurries_to_pay(training_s + dem_s, saved_s),
+        }
+        rows.append(row)
     return pd.DataFrame(rows)
 
 

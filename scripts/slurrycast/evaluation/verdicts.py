@@ -1,6 +1,6 @@
 """Who is better, or whether it is a tie, and how far structures are off in units of the scatter between DEM runs."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import pandas as pd
@@ -23,6 +23,16 @@ def judged(differences: pd.Series) -> str | None:
     if abs(known.mean()) <= STANDARD_ERRORS * known.std() / np.sqrt(len(known)):
         return "tie"
     return "better" if known.mean() < 0 else "worse"
+
+
+def outcome(verdicts: Collection[str | None]) -> str:
+    """What several verdicts say together.
+
+    "tie" where all are a tie, "nothing" where nothing is better, "unknown" where none could be judged, else "mixed".
+    """
+    if set(verdicts) <= {"tie", "worse"}:
+        return "tie" if set(verdicts) == {"tie"} else "nothing"
+    return "unknown" if set(verdicts) == {None} else "mixed"
 
 
 def by_verdict(verdicts: Mapping[str, str | None]) -> list[tuple[str | None, list[str]]]:

@@ -7,10 +7,10 @@ import numpy as np
 
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
 from slurrycast.report import reference_article as article
-from slurrycast.report.formats import number, numbers
+from slurrycast.report.formats import number, numbers, widest
 from slurrycast.report.names import pair_name
 from slurrycast.report.results import Results
-from slurrycast.report.statistics import article_errors, article_structures, widest
+from slurrycast.report.statistics import article_errors, article_structures
 
 
 def slurry_rows(results: Results, columns: Sequence[Mapping]) -> list[list]:
@@ -124,9 +124,8 @@ def new_slurries(results: Results) -> dict | None:
         return None
     equilibrium, rows = results.equilibrium.set_index("slurry"), []
     for surrogate in results.surrogates:
-        structures = results.structures(surrogate)
-        for slurry in [slurry for slurry in new if slurry in structures.index]:
-            structure, run = structures.loc[slurry], equilibrium.loc[slurry]
+        for slurry, structure in results.structures(surrogate).reindex(new).dropna(subset="density").iterrows():
+            run = equilibrium.loc[slurry]
             against = structure.density / results.expected_density_g_cm3 - 1
             inputs = [slurry, surrogate, run.mass_units, run.particles, run.density_g_cm3]
             rows.append([*inputs, structure.density, against, structure.volume])
@@ -173,10 +172,10 @@ def costs(results: Results) -> dict:
 
 def provenance(results: Results) -> dict:
     """Versions of all programs, and those of LAMMPS as its logs say."""
-    flat = {}
+    versions = {}
     for key, value in results.versions.items():
-        flat.update(value if isinstance(value, Mapping) else {key: value})
+        versions |= value if isinstance(value, Mapping) else {key: value}
     return {
-        "versions": [[str(key).replace("_", " "), str(value)] for key, value in flat.items()],
+        "versions": [[str(key).replace("_", " "), str(value)] for key, value in versions.items()],
         "lammps": sorted({str(run["lammps_version"]) for run in results.runs.values()}),
     }

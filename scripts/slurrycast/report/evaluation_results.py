@@ -54,11 +54,6 @@ class Evaluation:
         """Ids of the slurries that means run over."""
         return self.slurries("test")
 
-    @property
-    def missing_networks(self) -> list[str]:
-        """Networks without a row in tables/structure_errors.csv."""
-        return sorted(set(self.networks) - set(self.structure_errors.surrogate))
-
     def tested(self, table: pd.DataFrame) -> pd.DataFrame:
         """Rows of the test slurries."""
         return table[table.slurry.isin(self.test)]

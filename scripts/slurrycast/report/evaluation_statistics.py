@@ -48,21 +48,10 @@ def noise(evaluation: Evaluation) -> dict:
         known = by_key.reindex([(slurry, quantity) for slurry in slurries]).to_numpy(dtype=float)
         texts = [text for mean, sd in known for text in (number(mean, ".4g"), number(sd, ".2g"))]
         rows.append([quantity_name(quantity), *texts])
-    replicas = []
-    for slurry in slurries:
-        quantities = table[table.slurry == slurry].set_index("quantity")
-        density = quantities.loc["density_g_cm3"] if "density_g_cm3" in quantities.index else None
-        replicas.append(
-            {
-                "slurry": slurry,
-                "density": density,
-                "density_mean": None if density is None else density["mean"],
-                "band_g_cm3": None if density is None else BAND_SDS * density.sd,
-                "band_share": None if density is None else BAND_SDS * density.sd / density["mean"],
-                "floor_um2": quantities["mean"].get("perturbation_floor_um2"),
-            }
-        )
-    return {"rows": rows, "slurries": slurries, "replicas": replicas}
+    density = table[table.quantity == "density_g_cm3"].set_index("slurry").rename(columns={"mean": "mean_g_cm3"})
+    density = density.assign(band_g_cm3=BAND_SDS * density.sd, band_share=BAND_SDS * density.sd / density.mean_g_cm3)
+    floors_um2 = table[table.quantity == "perturbation_floor_um2"].set_index("slurry")["mean"]
+    return {"rows": rows, "slurries": slurries, "densities": density.to_dict("index"), "floors_um2": dict(floors_um2)}
 
 
 def structure(evaluation: Evaluation) -> dict:
@@ -108,8 +97,8 @@ def equal_cost(evaluation: Evaluation) -> dict:
         known = group.dropna(subset=["early_dem_cost_share"])
         cells = []
         for column in ("cost_share", *ERRORS_AT_EQUAL_COST):
-            ours = "cost_share_of_full_dem" if column == "cost_share" else column
-            both = known[[ours, f"early_dem_{column}"]].dropna()
+            beside = "cost_share_of_full_dem" if column == "cost_share" else column
+            both = known[[beside, f"early_dem_{column}"]].dropna()
             cells += [both[name].mean() for name in both]
         notes = group.note.dropna().value_counts()
         beyond = "; ".join(f"{note} ({count})" for note, count in notes.items())
@@ -124,11 +113,8 @@ def cost(evaluation: Evaluation) -> dict:
     labels = main_labels_of(claims)
     terms = [column for column in ("term", "unit", "article", "article_says") if column in claims]
     texts = ["unit", "article_says"]  # both can be empty for all terms, and then are no text
-    ours = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(texts, object)).fillna(dict.fromkeys(texts, ""))
-    wide = ours.drop_duplicates(terms)[terms]
-    for name in labels:
-        claim = ours[ours.surrogate == name]
-        wide = wide.merge(claim[["term", "ours"]].rename(columns={"ours": name}), on="term", how="left")
+    shown = claims[claims.surrogate.isin(labels)].astype(dict.fromkeys(texts, object)).fillna(dict.fromkeys(texts, ""))
+    wide = shown.set_index([*terms, "surrogate"]).ours.unstack(sort=False).reset_index()
     return {
         "paybacks": [
             payback(name, by_wall_clock.loc[name]) for name in evaluation.networks if name in by_wall_clock.index
@@ -149,14 +135,8 @@ def payback(network: str, row: pd.Series) -> dict:
         outcome = "no test slurry"
     else:
         outcome = "paid" if row.saved_s_per_slurry > 0 else "never"
-    lost_s = -row.saved_s_per_slurry
-    return {
-        "network": network,
-        "row": row,
-        "outcome": outcome,
-        "lost_s": lost_s,
-        "grows": pd.notna(row.hybrid_exponent),
-    }
+    grows = pd.notna(row.hybrid_exponent)
+    return {"network": network, "row": row, "outcome": outcome, "lost_s": -row.saved_s_per_slurry, "grows": grows}
 
 
 def ablation(evaluation: Evaluation) -> dict | None:
@@ -220,6 +200,5 @@ def uncertainty(evaluation: Evaluation) -> dict | None:
         "rows": rows,
         "intervals": intervals,
         "level": WIDEST_LEVEL,
-        "lowest_coverage": COVERED_WELL[0],
-        "highest_coverage": COVERED_WELL[1],
+        "covered_well": COVERED_WELL,
     }

@@ -18,6 +18,12 @@ class SlurryValue(NamedTuple):
     slurry: str
 
 
+def widest(values: pd.Series, lowest: bool = False) -> SlurryValue | None:
+    """The largest or the lowest of `values` (by slurry) and its slurry; None where no value is known."""
+    known = values.dropna().sort_values(ascending=lowest, kind="stable")
+    return SlurryValue(known.iloc[0], known.index[0]) if len(known) else None
+
+
 def number(value: float | str | SlurryValue | pd.Series | None, form: str = ".3g") -> str:
     """Text of a table's cell or of a number in a sentence.
 

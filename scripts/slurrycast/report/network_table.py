@@ -83,13 +83,7 @@ def read_network(path: str | Path) -> Network:
     return Network(tuple(layers), parameters)
 
 
-def _count_parameters(group: h5py.Group) -> int:
-    count = 0
-
-    def add(_: str, item: h5py.Group | h5py.Dataset) -> None:
-        nonlocal count
-        if isinstance(item, h5py.Dataset):
-            count += item.size
-
-    group.visititems(add)
-    return count
+def _count_parameters(weights: h5py.Group) -> int:
+    sizes = []
+    weights.visititems(lambda _, item: sizes.append(item.size if isinstance(item, h5py.Dataset) else 0))
+    return sum(sizes)

@@ -28,13 +28,6 @@ class Picture(NamedTuple):
     width_px: int
 
 
-class Section(NamedTuple):
-    """A rendered part of the page."""
-
-    title: str
-    body: Markup
-
-
 def picture(path: Path) -> Picture:
     """Read the picture of a figure; 3D pictures become WebP, which is several times smaller."""
     from PIL import Image
@@ -82,5 +75,5 @@ def page_html(page: str, sections: Mapping[str, Mapping | None], shared: Mapping
     for name, values in sections.items():
         if values is not None:
             module = templates.get_template(f"{page}/{name}.html.jinja").make_module({**shared, **values})
-            rendered.append(Section(module.title, Markup(module)))
+            rendered.append({"title": module.title, "body": Markup(module)})
     return templates.get_template(f"{page}/page.html.jinja").render({**shared, "sections": rendered})

@@ -11,7 +11,6 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast.report.network_table import Network
-from slurrycast.surrogates import family
 
 
 def with_differences(structures: pd.DataFrame) -> pd.DataFrame:
@@ -44,11 +43,6 @@ class Results:
     figures: Mapping[str, Path]
 
     @property
-    def adopted_model(self) -> str | None:
-        """Path of the model that was trained elsewhere; None where this run trains its own."""
-        return self.config["surrogate"]["model"]
-
-    @property
     def expected_density_g_cm3(self) -> float:
         """Density that the configuration expects of a dried slurry."""
         return self.config["formulation"]["expected_density_g_cm3"]
@@ -75,10 +69,6 @@ class Results:
     def row_name(self, slurry: str) -> str:
         """Text of a slurry at the head of a row: those that choices are made on are marked."""
         return f"{slurry} (validation)" if slurry in self.slurries("validation") else slurry
-
-    def training_settings(self, surrogate: str) -> Mapping:
-        """Settings of the network `surrogate` in the configuration."""
-        return self.config["surrogate"].get(family(surrogate), {})
 
     def structures(self, surrogate: str) -> pd.DataFrame:
         """Final DEM and hybrid structure of every slurry of the hybrid chain, by slurry; no DEM values for new ones.

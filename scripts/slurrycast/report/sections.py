@@ -55,7 +55,7 @@ def evaluation_html(evaluation: Evaluation) -> str:
     }
     shared = {
         **vars(evaluation),
-        "missing": evaluation.missing_networks,
+        "missing": sorted({*evaluation.networks} - {*evaluation.structure_errors.surrogate}),
         "test": evaluation.test,
         "band_sds": BAND_SDS,
     }

@@ -7,21 +7,16 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from slurrycast.evaluation.verdicts import by_verdict, judged
+from slurrycast.evaluation.verdicts import by_verdict, judged, outcome
 from slurrycast.report import reference_article as article
-from slurrycast.report.formats import SlurryValue, number
+from slurrycast.report.formats import MISSING, number, widest
 from slurrycast.report.names import pair_name, range_quantity
 from slurrycast.report.results import Results, with_differences
+from slurrycast.surrogates import family
 
 DENSITY_TOLERANCE = 0.02  # a final density this far from the expected one is worth a notice
 AFFINE = "affine"  # what a network is held against: it learns nothing but one packing fraction
 ROLE_NAMES = {"train": "training", "validation": "validation", "test": "test", "new": "new"}
-
-
-def widest(values: pd.Series) -> SlurryValue | None:
-    """The largest of `values` (by slurry) and its slurry; None where no value is known."""
-    known = values.dropna()
-    return SlurryValue(known.max(), known.idxmax()) if len(known) else None
 
 
 # ---- the reference article
@@ -70,13 +65,12 @@ def extrapolations(results: Results) -> list[dict]:
         sides = tuple(zip(rows.quantity, rows.value > rows.training_max, strict=True))
         slurries_by_sides.setdefault(sides, []).append(slurry)
     entries = []
-    for sides, slurries in slurries_by_sides.items():
-        quantities = []
-        for quantity, _ in sides:
-            rows = outside[outside.slurry.isin(slurries) & (outside.quantity == quantity)]
-            quantities.append(
-                {"name": range_quantity(quantity), "reached": rows.value, "training": training_limits(rows)}
-            )
+    for slurries in slurries_by_sides.values():
+        by_quantity = outside[outside.slurry.isin(slurries)].groupby("quantity", sort=False)
+        quantities = [
+            {"name": range_quantity(quantity), "reached": rows.value, "training": training_limits(rows)}
+            for quantity, rows in by_quantity
+        ]
         entries.append({"slurries": slurries, "quantities": quantities})
     return entries
 
@@ -89,7 +83,7 @@ def training_limits(rows: pd.DataFrame) -> pd.Series:
 def gain_over_affine(results: Results, surrogate: str) -> dict | None:
     """What `surrogate` adds to the affine map over the test slurries; None without both of them.
 
-    `after_relaxation` is "tie" where all is a tie, "worse" where nothing is better, and else None.
+    `after_relaxation` is the `verdicts.outcome` of density and RDFs.
     """
 
     def paired(errors: Mapping[str, pd.Series]) -> pd.DataFrame:
@@ -106,15 +100,13 @@ def gain_over_affine(results: Results, surrogate: str) -> dict | None:
     relaxed = {quantity: judged(table[surrogate] - table[AFFINE]) for quantity, table in errors.items()}
     verdicts = {"coordinates": judged(ratio - 1)} | relaxed
     means = {quantity: (table[surrogate].mean(), table[AFFINE].mean()) for quantity, table in errors.items()}
-    judgements = set(relaxed.values())
-    after = "tie" if judgements == {"tie"} else "worse" if judgements <= {"tie", "worse"} else None
     return {
         "surrogate": surrogate,
         "mse_ratio": ratio,
         "verdicts": verdicts,
         "means": means,
         "in_short": by_verdict(verdicts),
-        "after_relaxation": after,
+        "after_relaxation": outcome(relaxed.values()),
     }
 
 
@@ -124,9 +116,8 @@ def key_results(results: Results) -> dict:
     shares = [results.structures(name).share.abs().reindex(test) for name in labels]
     article_shares = article_structures().share.abs()
 
-    def mean_ratios(clock: str, column: str) -> list[float]:
-        table = results.speedups(clock)
-        return [table[(table.surrogate == name) & table.slurry.isin(test)][column].mean() for name in labels]
+    ratios = results.speedups("wall_s")
+    ratios = ratios[ratios.slurry.isin(test)].groupby("surrogate")[["ratio", "ratio_to_equilibrium"]].mean()
 
     def means(column: str) -> list[float]:
         return [results.mean_over_test(results.errors(name)[column]) for name in labels]
@@ -140,8 +131,7 @@ def key_results(results: Results) -> dict:
             (pair_name(pair), [results.mean_over_test(results.rdf_differences(name, pair)) for name in labels])
             for pair in results.pairs
         ],
-        "ratio": mean_ratios("wall_s", "ratio"),
-        "ratio_to_equilibrium": mean_ratios("wall_s", "ratio_to_equilibrium"),
+        **ratios.reindex(labels).to_dict("series"),
         "article_errors": article_errors().mean(),
         "article_share": article_shares.mean(),
         "article_largest": widest(article_shares),
@@ -175,7 +165,7 @@ def settings(results: Results) -> dict:
         "wall_s": jobs.wall_s,
         "relaxation": relaxation_steps(results),
         "samples": results.equilibrium.particles[results.equilibrium.role == "train"].sum(),
-        "training": {surrogate: results.training_settings(surrogate) for surrogate in results.networks},
+        "training": {label: results.config["surrogate"].get(family(label), {}) for label in results.networks},
         "phases": phases,
     }
 
@@ -195,18 +185,14 @@ def relaxation_steps(results: Results) -> list[tuple[int, list[str]]]:
 def dem_runs(results: Results) -> dict:
     """The slurries at the end of their DEM run and their way to equilibrium."""
     equilibrium = results.equilibrium
-    rows = [
-        [
-            *(row.slurry, ROLE_NAMES[row.role], row.mass_units, row.thickness_ratio, row.particles, row.run_time_us),
-            *(row.density_g_cm3, row.mean_contacts, row.density_drift),
-            None if row.warning else row.time_to_equilibrium_us,
-        ]
-        for row in equilibrium.itertuples()
-    ]
+    settled_us = equilibrium.time_to_equilibrium_us.where(equilibrium.warning == "")
+    table = equilibrium.assign(role=equilibrium.role.map(ROLE_NAMES), time_to_equilibrium_us=settled_us)
+    columns = ["slurry", "role", "mass_units", "thickness_ratio", "particles", "run_time_us", "density_g_cm3"]
+    columns += ["mean_contacts", "density_drift", "time_to_equilibrium_us"]
     complete = equilibrium[equilibrium.role != "new"]
     settled = complete[complete.warning == ""].dropna(subset=["time_to_equilibrium_us"])
     return {
-        "rows": rows,
+        "rows": table[columns].to_numpy().tolist(),
         "times_us": settled.time_to_equilibrium_us,
         "slowest": None if settled.empty else settled.loc[settled.time_to_equilibrium_us.idxmax()],
         "unsettled": list(complete.slurry[complete.warning != ""]),
@@ -217,10 +203,10 @@ def surrogates(results: Results) -> dict:
     """What the surrogates are, and the layers and learning curves of each network."""
     networks = []
     for surrogate, network in results.networks.items():
-        shapes = [
-            "–" if layer.output_shape is None else " × ".join(map(str, layer.output_shape)) for layer in network.layers
+        rows = [
+            [layer.name, " × ".join(map(str, layer.output_shape or [MISSING])), layer.parameters]
+            for layer in network.layers
         ]
-        rows = [[layer.name, shape, layer.parameters] for layer, shape in zip(network.layers, shapes, strict=True)]
         networks.append(
             {
                 "name": surrogate,
@@ -241,7 +227,7 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
         return None
     best = None if history.val_loss.isna().all() else history.loc[history.val_loss.idxmin()]
     last = history.iloc[-1]
-    used = None if results.adopted_model else results.weights_of[surrogate]
+    used = None if results.config["surrogate"]["model"] else results.weights_of[surrogate]
     return {
         "epochs": len(history),
         "first": history.iloc[0],

@@ -3,9 +3,9 @@
 import pandas as pd
 
 from slurrycast.evaluation.noise import BAND_SDS
-from slurrycast.evaluation.verdicts import by_verdict, judged
+from slurrycast.evaluation.verdicts import by_verdict, judged, outcome
 from slurrycast.report.evaluation_results import Evaluation, labels_of
-from slurrycast.report.formats import SlurryValue
+from slurrycast.report.formats import SlurryValue, widest
 from slurrycast.report.names import pair_name
 from slurrycast.surrogates import continues_dem
 
@@ -18,12 +18,8 @@ MOST_NAMED = 6  # cases that a sentence names one by one
 
 
 def mean_and_worst(values: pd.Series, lowest_is_worst: bool = False) -> list[float | SlurryValue | None]:
-    """Mean over slurries and the worst one; None where no value is known."""
-    known = values.dropna()
-    if known.empty:
-        return [None, None]
-    worst = known.idxmin() if lowest_is_worst else known.idxmax()
-    return [known.mean(), SlurryValue(known[worst], worst)]
+    """Mean over slurries and the worst one, None where no value is known."""
+    return [values.mean(), widest(values, lowest_is_worst)]
 
 
 def verdict_numbers(evaluation: Evaluation) -> dict:
@@ -136,18 +132,12 @@ def deviations_to_judge(evaluation: Evaluation, surrogate: str) -> pd.DataFrame:
 def ties(evaluation: Evaluation) -> list[dict]:
     """Whether affine and relaxation tie each network, and where both are within the noise of the DEM.
 
-    `outcome` is "tie" where all groups are a tie, "nothing" where the network is worse or a tie, "unknown" where there
-    are too few slurries, else "mixed". `in_sd` are (group, mean of the network, mean of affine).
+    `outcome` is that of `verdicts.outcome` over the groups. `in_sd` are (group, mean of the network, mean of affine).
     """
     entries = []
     for network in evaluation.networks:
         differences = deviations_to_judge(evaluation, network) - deviations_to_judge(evaluation, AFFINE)
         verdicts = {group: judged(differences[group]) for group in GROUPS if differences[group].notna().any()}
-        judgements = set(verdicts.values())
-        if judgements <= {"tie", "worse"}:
-            outcome = "tie" if judgements == {"tie"} else "nothing"
-        else:
-            outcome = "unknown" if judgements == {None} else "mixed"
         in_sd = pd.DataFrame({name: group_means(evaluation, name, "in_sd").mean() for name in (network, AFFINE)})
         in_sd = in_sd.dropna()
         entries.append(
@@ -155,7 +145,7 @@ def ties(evaluation: Evaluation) -> list[dict]:
                 "network": network,
                 "groups": list(verdicts),
                 "verdicts": by_verdict(verdicts),
-                "outcome": outcome,
+                "outcome": outcome(verdicts.values()),
                 "in_sd": list(in_sd.itertuples(name=None)),
                 "within_noise": list(in_sd.index[in_sd.max(axis=1) < BAND_SDS]),
             }
@@ -186,7 +176,7 @@ def tolerances(evaluation: Evaluation) -> list[dict]:
                 "of_all": place == 0,
                 "densities": len(density),
                 "met_densities": (density <= evaluation.density_tolerance).sum(),
-                "largest_density": None if density.empty else SlurryValue(density.max(), density.idxmax()),
+                "largest_density": widest(density),
                 "missed_densities": list(density[density > evaluation.density_tolerance].items()),
                 "rdf_slurries": len(rdf),
                 "rdf_cases": rdf_cases,

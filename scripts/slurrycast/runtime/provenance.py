@@ -3,6 +3,7 @@
 The Snakefile asks for it each time it is parsed, so imports stay light.
 """
 
+import contextlib
 import hashlib
 import json
 import os
@@ -33,13 +34,11 @@ PACKAGES = (
 
 def package_versions() -> dict[str, str]:
     """Versions of the packages that are installed."""
-    found = {}
+    versions = {}
     for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+        with contextlib.suppress(PackageNotFoundError):
+            versions[name] = version(name)
+    return versions
 
 
 def git_commit(folder: Path = ROOT) -> str:

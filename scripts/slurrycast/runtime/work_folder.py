@@ -132,14 +132,14 @@ def _locked(folder: Path) -> int:
 
 def _holder(file: Path) -> str:
     """Who holds the lock, in words: the processes of this machine that have the file open, or what the file says."""
-    found, inode = [], file.stat().st_ino
+    holders, inode = [], file.stat().st_ino
     for process in psutil.process_iter(["pid", "name"]):
         with contextlib.suppress(psutil.Error, OSError):
             opened = (link.stat().st_ino for link in Path(f"/proc/{process.pid}/fd").iterdir())
             if process.pid != os.getpid() and inode in opened:
-                found.append(f"{process.info['name']} (pid {process.pid})")
-    if found:
-        return ", ".join(found)
+                holders.append(f"{process.info['name']} (pid {process.pid})")
+    if holders:
+        return ", ".join(holders)
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         owner = json.loads(file.read_text(encoding="utf-8"))
         return f"a process of {owner['host']} (started by pid {owner['pid']} there)"

@@ -11,7 +11,7 @@ layers are computed and updated in shards, whose arrays make better use of the c
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -86,6 +86,12 @@ def trained_parts(plain: "keras.Model", weights: list[np.ndarray]) -> list[list[
         shards = max(1, kernel.shape[-1] // SHARD_UNITS) if kernel.ndim == 2 else 1
         parts.append(list(zip(np.split(kernel, shards, axis=-1), np.split(bias, shards), strict=True)))
     return parts
+
+
+def in_batches(answer: Callable[[np.ndarray], "tf.Tensor"], features: np.ndarray) -> np.ndarray:
+    """Answers of a network to all features, PREDICTION_BATCH of them at a time."""
+    starts = range(0, len(features), PREDICTION_BATCH)
+    return np.concatenate([answer(features[start : start + PREDICTION_BATCH]) for start in starts])
 
 
 class Trainer:
@@ -179,9 +185,7 @@ class Trainer:
 
     def errors(self, features: np.ndarray, targets: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
         """Mean squared and mean absolute error."""
-        starts = range(0, len(features), PREDICTION_BATCH)
-        predicted = [self.predict_on_batch(features[start : start + PREDICTION_BATCH]) for start in starts]
-        error = (np.concatenate(predicted) - targets) * unit_um
+        error = (in_batches(self.predict_on_batch, features) - targets) * unit_um
         return np.array([np.mean(error**2), np.mean(abs(error))])
 
 
@@ -192,13 +196,7 @@ def in_units(features: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
     return scaled
 
 
-def train(
-    name: str,
-    samples: Samples,
-    standardised: bool,
-    settings: Mapping,
-    folder: Path,
-) -> dict[str, float]:
+def train(name: str, samples: Samples, standardised: bool, settings: Mapping, folder: Path) -> dict[str, float]:
     """Train with Adamax on the mean squared error, and write the plain Keras model and its learning curves.
 
     The model has the weights of the epoch with the lowest validation loss. A checkpoint is written after each epoch;
@@ -273,11 +271,7 @@ def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
             f"{model_path}: maps {model.input_shape[1:]} to {model.output_shape[1:]}, "
             f"needed is {features.shape[1:]} to (3,)"
         )
-    batches = range(0, len(features), PREDICTION_BATCH)
-    single = features.astype(np.float32)
-    return np.concatenate(
-        [model(single[start : start + PREDICTION_BATCH], training=False) for start in batches], dtype=float
-    )
+    return in_batches(lambda batch: model(batch, training=False), features.astype(np.float32)).astype(float)
 
 
 class Vgg16(Surrogate):

@@ -202,13 +202,10 @@ def build(
         (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement (n, 3) in um, and the
         logarithm of its variance per coordinate (n, 1), in um2.
     """
-    scalars = keras.Input((n_scalars,), name="scalars")
-    past = keras.Input((3, n_past), name="past")
-    radius_um = keras.Input((), name="radius_um")
-    receivers = keras.Input((), dtype="int32", name="receivers")
-    senders = keras.Input((), dtype="int32", name="senders")
-    separation_um = keras.Input((3,), name="separation_um")
-    inputs = [scalars, past, radius_um, receivers, senders, separation_um]
+    shapes = {"scalars": (n_scalars,), "past": (3, n_past), "separation_um": (3,)}
+    dtypes = dict.fromkeys(("receivers", "senders"), "int32")
+    inputs = [keras.Input(shapes.get(entry, ()), dtype=dtypes.get(entry), name=entry) for entry in INPUTS]
+    scalars, _, radius_um, *pairs = inputs
     first_guess = keras.initializers.Constant(LOG_VARIANCE)
     by_name = {
         "state": layers.Dense(width, name="state"),
@@ -216,7 +213,7 @@ def build(
         "doubt": layers.Dense(width, activation="silu", name="doubt"),
         "log_variance": layers.Dense(1, kernel_initializer="zeros", bias_initializer=first_guess, name="log_variance"),
     }
-    constant = radius_um, scalars[:, LEFT], receivers, senders, separation_um
+    constant = radius_um, scalars[:, LEFT], *pairs
 
     def exchange(*estimate):
         for number, share in enumerate(shares, start=1):

@@ -199,10 +199,7 @@ def learning_rate_share(share: float) -> float:
 
 
 def train(
-    slurries: Sequence[Trajectory],
-    validation: Sequence[Trajectory],
-    settings: Mapping,
-    folder: Path,
+    slurries: Sequence[Trajectory], validation: Sequence[Trajectory], settings: Mapping, folder: Path
 ) -> dict[str, float]:
     """Train the members and write them as one model; the learning curves are the mean over the members.
 
