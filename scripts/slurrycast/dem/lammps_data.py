@@ -43,10 +43,6 @@ def write_data(
         f"{number} {type_columns[int(kind)]} {x!r} {y!r} {z!r}"
         for number, (kind, (x, y, z)) in enumerate(zip(particle_type, position_um.tolist(), strict=True), 1)
     ]
-    head = [f"{len(atoms)} atoms", f"{len(types)} atom types", "", *bounds]
-    write_text(
-        path,
-        "\n".join(
-            [f"{title}: id type diameter(um) density(g/cm3) x y z(um)", "", *head, "", "Atoms # sphere", "", *atoms, ""]
-        ),
-    )
+    columns = f"{title}: id type diameter(um) density(g/cm3) x y z(um)"
+    head = [columns, "", f"{len(atoms)} atoms", f"{len(types)} atom types", "", *bounds, "", "Atoms # sphere", ""]
+    write_text(path, "\n".join([*head, *atoms, ""]))

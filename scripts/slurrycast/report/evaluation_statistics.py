@@ -3,6 +3,8 @@
 Rows of tables hold numbers, texts and values with their slurry; None and NaN show as a dash.
 """
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 
@@ -59,13 +61,10 @@ def structure(evaluation: Evaluation) -> dict:
     table = evaluation.tested(deviations(evaluation.structure_errors))
     labels = main_labels_of(table)
     tables = []
-    for stage in ("predicted", "relaxed"):
-        for column in ("deviation", "in_sd"):
-            rows = table[table.stage == stage]
-            means = rows.pivot_table(index="quantity", columns="surrogate", values=column, sort=False)
-            means = means.reindex(columns=labels)
-            rows = [[quantity_name(quantity), *values] for quantity, *values in means.itertuples()]
-            tables.append({"stage": stage, "in_sd": column == "in_sd", "rows": rows})
+    for stage, column in product(("predicted", "relaxed"), ("deviation", "in_sd")):
+        means = table[table.stage == stage].pivot_table(column, "quantity", "surrogate", sort=False)
+        rows = [[quantity_name(name), *values] for name, *values in means.reindex(columns=labels).itertuples()]
+        tables.append({"stage": stage, "in_sd": column == "in_sd", "rows": rows})
     in_sd = pd.DataFrame({name: group_means(evaluation, name, "in_sd").mean() for name in labels_of(table)})
     extremes = [
         (group, means.idxmin(), means.min(), means.idxmax(), means.max())
