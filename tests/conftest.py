@@ -24,7 +24,6 @@ INPUT_FILES = {
     "push_off": "push_off.lmp",
     "inputs": "inputs.json",
 }
-RESTART_FRAMES = [1, 10, 60]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -102,7 +101,7 @@ def slurry(tmp_path_factory, command, dem_command) -> Path:
     """Folder of a slurry of some 80 particles that went through the DEM: 121 frames, one every 50 steps."""
     folder = tmp_path_factory.mktemp("a slurry")
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    dem = {"steps": 6000, "segment_frames": 40, "restart_frames": RESTART_FRAMES, "thermo_every_steps": 50}
+    dem = {"steps": 6000, "segment_frames": 40, "restart_frames": [1, 10, 60], "thermo_every_steps": 50}
     physics = {
         "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
         "force_field": config["force_field"],

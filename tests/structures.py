@@ -1,9 +1,11 @@
-"""Small made-up structures for tests: particles, frames in a box about the origin, and frame stores."""
+"""Small made-up structures for tests: particles, frames in a box about the origin, frame stores and training sets."""
 
 from pathlib import Path
 
 import numpy as np
 
+from slurrycast.data.dataset import TrainingSet, split
+from slurrycast.data.features import FEATURE_NAMES
 from slurrycast.data.frames import Frame, Particles, write_frames
 
 
@@ -33,3 +35,37 @@ def write_store(path: Path, frames: list[Frame], some: Particles | None = None, 
         some = particles(np.ones(len(frames[0].position_um), dtype=int))
     write_frames(path, some, frames, attributes)
     return path
+
+
+def random_particles(n: int) -> Particles:
+    """Particles of four types in two phases, `n` a multiple of four."""
+    rng = np.random.default_rng(1)
+    types, phase, size_class = np.repeat([1, 2, 3, 4], n // 4), np.repeat([1, 2], n // 2), np.tile([1, 2], n // 2)
+    return Particles(np.arange(1, n + 1), types, phase, size_class, rng.random(n), rng.random(n), ("BDPD", "8YSZ"))
+
+
+def random_frame(number: int, n: int) -> Frame:
+    """Frame whose quantities have nothing to do with each other."""
+    rng = np.random.default_rng(number)
+    position_um, scaled, contacts = rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), rng.integers(0, 9, n, np.int32)
+    return Frame(number, 50 * number, 0.1 * number, position_um, scaled, contacts, -rng.random(3), 1 + rng.random(3))
+
+
+def training_set(
+    features: np.ndarray, targets: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, share: float = 0.2
+) -> TrainingSet:
+    """Samples (n, frames, 6), targets (n, 3) and edges (slurries, frames, 3), those of the targets (slurries, 3)."""
+    (n, n_frames, _), n_slurries = features.shape, len(edges_um)
+    return TrainingSet(
+        features=features,
+        targets=targets,
+        slurry_index=np.repeat(np.arange(n_slurries), n // n_slurries),
+        slurries=tuple(f"T{number + 1}" for number in range(n_slurries)),
+        particle_id=np.tile(np.arange(1, n // n_slurries + 1), n_slurries),
+        is_validation=split(n, share, seed=1),
+        feature_names=FEATURE_NAMES,
+        input_frames=tuple(range(11 - n_frames, 11)),
+        target_frame=120,
+        input_edges_um=edges_um,
+        target_edges_um=final_edges_um,
+    )

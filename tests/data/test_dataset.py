@@ -10,28 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.data.dataset import TrainingSet, read_training_set, split, write_training_set
+from slurrycast.data.dataset import read_training_set, split, write_training_set
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import CHECKSUMS, InputError
+from structures import training_set
 
 
 @pytest.fixture
 def data():
     rng = np.random.default_rng(5)
-    n = 10
-    return TrainingSet(
-        features=rng.normal(size=(n, 4, 6)),
-        targets=rng.normal(size=(n, 3)),
-        slurry_index=np.repeat([0, 1], 5),
-        slurries=("T1", "T2"),
-        particle_id=np.tile(np.arange(1, 6), 2),
-        is_validation=split(n, 0.2, seed=1),
-        feature_names=("phase", "radius_um", "x_um", "y_um", "z_um", "coordination"),
-        input_frames=(7, 8, 9, 10),
-        target_frame=120,
-        input_edges_um=rng.uniform(5, 9, (2, 4, 3)),
-        target_edges_um=rng.uniform(4, 5, (2, 3)),
-    )
+    edges_um = rng.uniform(5, 9, (2, 4, 3)), rng.uniform(4, 5, (2, 3))
+    return training_set(rng.normal(size=(10, 4, 6)), rng.normal(size=(10, 3)), *edges_um)
 
 
 def test_round_trip_keeps_every_bit(tmp_path, data):

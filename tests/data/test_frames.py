@@ -12,40 +12,19 @@ import pytest
 from slurrycast.data.frames import GROUP, Frame, Particles, read_frames, write_frames
 from slurrycast.dem.lammps_dump import read_dump
 from slurrycast.runtime.files import CHECKSUMS, InputError
+from structures import random_frame, random_particles
 
 N = 20
 
 
 @pytest.fixture(scope="module")
 def particles() -> Particles:
-    rng = np.random.default_rng(1)
-    return Particles(
-        id=np.arange(1, N + 1),
-        type=np.repeat([1, 2, 3, 4], N // 4),
-        phase=np.repeat([1, 2], N // 2),
-        size_class=np.tile([1, 2], N // 2),
-        radius_um=rng.random(N),
-        mass_pg=rng.random(N),
-        phase_names=("BDPD", "8YSZ"),
-    )
+    return random_particles(N)
 
 
 @pytest.fixture(scope="module")
 def frames() -> list[Frame]:
-    rng = np.random.default_rng(2)
-    return [
-        Frame(
-            number=number,
-            step=50 * number,
-            time_us=0.1 * number,
-            position_um=rng.normal(size=(N, 3)),
-            scaled_position=rng.normal(size=(N, 3)),
-            coordination=rng.integers(0, 9, N, dtype=np.int32),
-            lower_um=-rng.random(3),
-            edges_um=1 + rng.random(3),
-        )
-        for number in (7, 8, 120)
-    ]
+    return [random_frame(number, N) for number in (7, 8, 120)]
 
 
 @pytest.fixture

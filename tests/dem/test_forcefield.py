@@ -24,14 +24,10 @@ def coefficient_rows(text: str, style: str) -> dict[tuple[int, int], list[float]
     return {(int(row[1]), int(row[2])): [float(x) for x in row[3:] if x != style] for row in rows}
 
 
-def test_coefficients_match_the_golden_file():
-    golden = (ROOT / "tests" / "dem" / "golden" / "coefficients.lmp").read_text()
-    assert forcefield.coefficients(TYPES, LENNARD_JONES) == golden
-
-
-def test_push_off_matches_the_golden_file():
-    golden = (ROOT / "tests" / "dem" / "golden" / "push_off.lmp").read_text()
-    assert forcefield.push_off_coefficients(TYPES) == golden
+def test_coefficients_match_the_golden_files():
+    golden = ROOT / "tests" / "dem" / "golden"
+    assert forcefield.coefficients(TYPES, LENNARD_JONES) == (golden / "coefficients.lmp").read_text()
+    assert forcefield.push_off_coefficients(TYPES) == (golden / "push_off.lmp").read_text()
 
 
 @pytest.mark.parametrize("number", range(1, len(TYPES) + 1))

@@ -8,6 +8,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 
+from formulations import phase
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.recipe import ParticleType
 
@@ -21,21 +22,7 @@ PHYSICS = {
     "formulation": {
         "unit_mass_pg": 8.0,
         "initial_packing_fraction": 0.25,
-        "phases": {
-            "A": {
-                "mass_fraction": 0.3,
-                "density_g_cm3": 0.8135,
-                "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
-            },
-            "B": {
-                "mass_fraction": 0.7,
-                "density_g_cm3": 6.67,
-                "size_classes": [
-                    {"diameter_um": 0.6, "number_fraction": 0.25},
-                    {"diameter_um": 0.4, "number_fraction": 0.75},
-                ],
-            },
-        },
+        "phases": {"A": phase(0.3, 0.8135, {1.1: 1.0}), "B": phase(0.7, 6.67, {0.6: 0.25, 0.4: 0.75})},
     },
     "force_field": {"lennard_jones": {"epsilon_fj_per_um": 1.0, "sigma_factor": 0.89, "cutoff_factor": 1.5}},
     "slurry": {"mass_units": 2.0, "thickness_ratio": 1.5, "seed": 42},
@@ -104,13 +91,19 @@ def test_box_is_centred_and_holds_the_packing_asked_for(generated):
     assert particles_um3 / edges_um.prod() == pytest.approx(0.25)
 
 
-def test_numbers_read_back_the_same(tmp_path):
+@pytest.fixture
+def written(tmp_path) -> tuple[Path, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """A file of random particles, with their types, positions, and the box."""
     rng = np.random.default_rng(1)
     lower_um, edges_um = np.array([-1 / 3, -2.0, 1e-3]), np.array([2 / 3, np.pi, 7.0])
-    position_um = lower_um + rng.random((50, 3)) * edges_um
-    kinds = rng.integers(1, 4, 50)
+    position_um, kinds = lower_um + rng.random((50, 3)) * edges_um, rng.integers(1, 4, 50)
     write_data(tmp_path / "x.data", "slurry X", TYPES, kinds, position_um, lower_um, edges_um)
-    lines = (tmp_path / "x.data").read_text().splitlines()
+    return tmp_path / "x.data", kinds, position_um, lower_um, edges_um
+
+
+def test_numbers_read_back_the_same(written):
+    path, kinds, position_um, lower_um, edges_um = written
+    lines = path.read_text().splitlines()
     bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
     np.testing.assert_array_equal(bounds, np.column_stack([lower_um, lower_um + edges_um]))
     atoms = np.array([line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]], dtype=float)
@@ -121,12 +114,9 @@ def test_numbers_read_back_the_same(tmp_path):
     np.testing.assert_array_equal(atoms[:, 4:], position_um)
 
 
-def test_mdanalysis_reads_the_same(tmp_path):
-    rng = np.random.default_rng(2)
-    lower_um, edges_um = np.array([-2.0, -3.0, -4.0]), np.array([4.0, 6.0, 8.0])
-    position_um, kinds = lower_um + rng.random((20, 3)) * edges_um, rng.integers(1, 4, 20)
-    write_data(tmp_path / "x.data", "slurry X", TYPES, kinds, position_um, lower_um, edges_um)
-    universe = MDAnalysis.Universe(str(tmp_path / "x.data"), atom_style="id type diameter density x y z")
+def test_mdanalysis_reads_the_same(written):
+    path, kinds, position_um, _, edges_um = written
+    universe = MDAnalysis.Universe(str(path), atom_style="id type diameter density x y z")
     assert [int(kind) for kind in universe.atoms.types] == kinds.tolist()
     assert universe.dimensions[:3] == pytest.approx(edges_um)
     # Its box starts at the origin, and so do its coordinates in releases that shift them.

@@ -110,13 +110,12 @@ def test_missing_log(tmp_path):
         read_log(tmp_path / "none.log")
 
 
-@pytest.mark.parametrize(("grid", "ranks"), [("1 by 1 by 1", 1), ("2 by 1 by 2", 4), ("3 by 2 by 4", 24)])
+@pytest.mark.parametrize(
+    ("grid", "ranks"), [("1 by 1 by 1 MPI processor grid", 1), ("3 by 2 by 4 MPI processor grid", 24), ("", 0)]
+)
 def test_ranks_are_those_of_the_processor_grid(log, grid, ranks):
-    assert read_log(log(GOOD.replace("1 by 1 by 2", grid))).ranks == ranks
-
-
-def test_log_without_a_grid_ran_on_no_known_number_of_ranks(log):
-    assert read_log(log(GOOD.replace("  1 by 1 by 2 MPI processor grid\n", ""))).ranks == 0
+    """0 if there is none and they are not known."""
+    assert read_log(log(GOOD.replace("1 by 1 by 2 MPI processor grid", grid))).ranks == ranks
 
 
 def test_bytes_that_are_no_text_do_no_harm(tmp_path):

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from configurations import ROOT, read_slurries
+from formulations import phase
 from slurrycast.dem import recipe
 
 CONFIG = ROOT / "config"
@@ -26,15 +27,11 @@ def unit_mass_pg(scale: str) -> float:
     return yaml.safe_load((CONFIG / f"{scale}.yaml").read_text())["formulation"]["unit_mass_pg"]
 
 
-def phase_of(fractions, densities=None) -> dict:
+def phases_of(fractions, densities=None) -> dict:
     """Phases A, B, ... of one size class of 1 um each."""
     densities = densities or [1.0] * len(fractions)
     return {
-        chr(65 + i): {
-            "mass_fraction": fraction,
-            "density_g_cm3": density,
-            "size_classes": [{"diameter_um": 1.0, "number_fraction": 1.0}],
-        }
+        chr(65 + i): phase(fraction, density, {1.0: 1.0})
         for i, (fraction, density) in enumerate(zip(fractions, densities, strict=True))
     }
 
@@ -57,16 +54,14 @@ def test_particle_mass_is_density_times_volume_of_a_sphere(types):
 
 
 def test_counts_of_equal_spheres_are_mass_over_particle_mass():
-    types = recipe.particle_types(phase_of([0.25, 0.75], [2.0, 6.0]))
+    types = recipe.particle_types(phases_of([0.25, 0.75], [2.0, 6.0]))
     particle_pg = np.pi / 6 * 2.0
     # 0.25 x 800 particles' masses of phase A; B is three times heavier and three times the mass
     assert recipe.particle_counts(types, 800 * particle_pg).tolist() == [200, 200]
 
 
 def test_classes_share_their_phase_by_number_with_nothing_lost():
-    phases = phase_of([1.0])
-    phases["A"]["size_classes"] = [{"diameter_um": d, "number_fraction": f} for d, f in [(1, 0.3), (2, 0.4), (3, 0.3)]]
-    types = recipe.particle_types(phases)
+    types = recipe.particle_types({"A": phase(1.0, 1.0, {1: 0.3, 2: 0.4, 3: 0.3})})
     mean_pg = np.pi / 6 * (0.3 * 1 + 0.4 * 8 + 0.3 * 27)
     assert recipe.particle_counts(types, 10 * mean_pg).tolist() == [3, 4, 3]
     # 11 particles: 3.3, 4.4, 3.3 exactly; the one left goes to the largest remainder
@@ -79,7 +74,7 @@ def test_classes_share_their_phase_by_number_with_nothing_lost():
 )
 def test_whole_particles_miss_a_phase_by_half_a_particle_at_most(mass_pg, weights):
     fractions = np.array(weights) / np.sum(weights)
-    types = recipe.particle_types(phase_of(fractions.tolist()))
+    types = recipe.particle_types(phases_of(fractions.tolist()))
     counts = recipe.particle_counts(types, mass_pg)
     exact = fractions * mass_pg / types[0].mass_pg
     assert np.all(np.abs(counts - exact) <= 0.5 * (1 + 1e-9))
@@ -90,7 +85,7 @@ def test_whole_particles_miss_a_phase_by_half_a_particle_at_most(mass_pg, weight
     shares=st.lists(st.floats(0.01, 1), min_size=1, max_size=6),
 )
 def test_number_fractions_are_met_within_one_particle(total, shares):
-    phases = phase_of([1.0])
+    phases = phases_of([1.0])
     phases["A"]["size_classes"] = [{"diameter_um": 1.0, "number_fraction": share} for share in shares]
     types = recipe.particle_types(phases)
     counts = recipe.particle_counts(types, total * types[0].mass_pg)
@@ -101,8 +96,8 @@ def test_number_fractions_are_met_within_one_particle(total, shares):
 @pytest.mark.parametrize("mass_units", [1, 2, 2.6, 3, 4, 5])
 def test_mass_fractions_within_half_a_percent_at_full_scale(types, phases, mass_units):
     reached = recipe.mass_fractions(types, recipe.particle_counts(types, mass_units * unit_mass_pg("full")))
-    for phase, settings in phases.items():
-        assert reached[phase] == pytest.approx(settings["mass_fraction"], rel=0.005)
+    for name, settings in phases.items():
+        assert reached[name] == pytest.approx(settings["mass_fraction"], rel=0.005)
     assert sum(reached.values()) == pytest.approx(1)
 
 

@@ -15,13 +15,12 @@ import pandas as pd
 import psutil
 import pytest
 
-from conftest import RESTART_FRAMES
 from run_slurry import THERMO_COLUMNS, boundaries
 from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import minimum_image
 from slurrycast.dem.lammps_dump import read_dump
 
-RESULTS = ["dump.lammpstrj", "thermo.csv", *(f"frame_{k}.restart" for k in RESTART_FRAMES)]
+RESULTS = ["dump.lammpstrj", "thermo.csv", *(f"frame_{k}.restart" for k in (1, 10, 60))]
 
 
 def overlaps(position_um: np.ndarray, radius_um: np.ndarray, edges_um: np.ndarray) -> np.ndarray:
@@ -304,15 +303,6 @@ def test_failed_run_says_so_on_one_line_and_keeps_its_log(slurry, tmp_path, comm
     assert result.stderr.count("\n") == 1
     assert (outputs / "work" / "start.log").exists()
     assert sorted(path.name for path in outputs.iterdir()) == ["attempts", "work"]
-
-
-def test_missing_lammps_is_one_line(slurry, tmp_path, dem_command):
-    words = [*dem_command(slurry, tmp_path, 10), "--executable", "lmp_of_nobody"]
-    result = subprocess.run(words, capture_output=True, text=True)
-    assert (result.returncode, result.stderr) == (
-        1,
-        "error: dem.executable: 'lmp_of_nobody' is not on PATH; give the name or path of an existing program\n",
-    )
 
 
 def test_terminated_run_takes_its_lammps_along(slurry, tmp_path, dem_command):

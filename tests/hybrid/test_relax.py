@@ -6,8 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 
-from slurrycast.data.frames import Frame, read_frames, write_frames
+from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.periodic import wrap
+from structures import frame
 
 SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_us": 200.0, "start_temperature_k": 3.0e4}
 PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
@@ -19,20 +20,10 @@ def relaxed(slurry, tmp_path_factory, command):
     folder = tmp_path_factory.mktemp("relaxed slurry")
     rng = np.random.default_rng(3)
     with read_frames(slurry / "frames.h5") as store:
-        lower_um, edges_um = (1.1 * length for length in store.box(120))
-        scaled = rng.uniform(-2, 3, (len(store.particles), 3))
-        frame = Frame(
-            number=120,
-            step=500,
-            time_us=1.0,
-            position_um=lower_um + scaled * edges_um,
-            scaled_position=scaled,
-            coordination=np.full(len(scaled), -1, dtype=np.int32),
-            lower_um=lower_um,
-            edges_um=edges_um,
-        )
+        edges_um = 1.1 * store.box(120)[1]
+        scattered = frame(120, rng.uniform(-2.5, 2.5, (len(store.particles), 3)) * edges_um, edges_um)
         attributes = {"slurry": "A", "surrogate": "random", "stage": "predicted", "box_scale": 1.1}
-        write_frames(folder / "predicted.h5", store.particles, [frame], attributes)
+        write_frames(folder / "predicted.h5", store.particles, [scattered], attributes)
     files = {"wrapped": folder / "wrapped.data", "predicted": folder / "predicted.h5", "inputs": slurry / "inputs.json"}
     forces = {"coefficients": slurry / "coefficients.lmp", "push_off": slurry / "push_off.lmp"}
     outputs = {"relaxed_data": folder / "relaxed.data", "relaxed": folder / "relaxed.h5", "cost": folder / "cost.json"}

@@ -3,6 +3,7 @@
 import json
 import shutil
 from contextlib import suppress
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -11,44 +12,23 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
-from slurrycast.data.frames import GROUP, Frame, Particles, read_frames, write_frames
+from slurrycast.data.dataset import read_training_set, write_training_set
+from slurrycast.data.frames import GROUP, read_frames, write_frames
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.lammps_dump import COLUMNS, read_dump
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.runtime.command_line import Parser, input_file
 from slurrycast.runtime.files import CHECKSUMS, InputError, RunError, write_text
+from structures import random_frame, random_particles, training_set
 
 N = 8
 STORE = {"slurry": "A", "scale": 0.5}
 
 
 def write_store(path):
-    rng = np.random.default_rng(1)
-    particles = Particles(
-        id=np.arange(1, N + 1),
-        type=np.repeat([1, 2], N // 2),
-        phase=np.repeat([1, 2], N // 2),
-        size_class=np.ones(N, int),
-        radius_um=rng.random(N),
-        mass_pg=rng.random(N),
-        phase_names=("BDPD", "8YSZ"),
-    )
-    frames = [
-        Frame(
-            number=number,
-            step=50 * number,
-            time_us=0.1 * number,
-            position_um=rng.normal(size=(N, 3)),
-            scaled_position=rng.normal(size=(N, 3)),
-            coordination=rng.integers(0, 9, N, dtype=np.int32),
-            lower_um=-rng.random(3),
-            edges_um=1 + rng.random(3),
-            position_spread_um=rng.random((N, 3)),
-        )
-        for number in (7, 120)
-    ]
-    write_frames(path, particles, frames, STORE)
+    spread_um = np.random.default_rng(1).random((N, 3))
+    frames = [replace(random_frame(number, N), position_spread_um=spread_um) for number in (7, 120)]
+    write_frames(path, random_particles(N), frames, STORE)
 
 
 def store_content(path) -> list:
@@ -59,19 +39,8 @@ def store_content(path) -> list:
 
 def write_set(path):
     rng = np.random.default_rng(5)
-    data = TrainingSet(
-        features=rng.normal(size=(N, 2, 6)),
-        targets=rng.normal(size=(N, 3)),
-        slurry_index=np.repeat([0, 1], N // 2),
-        slurries=("T1", "T2"),
-        particle_id=np.arange(N),
-        is_validation=np.arange(N) < 2,
-        feature_names=("phase", "radius_um", "x_um", "y_um", "z_um", "coordination"),
-        input_frames=(7, 8),
-        target_frame=120,
-        input_edges_um=rng.uniform(5, 9, (2, 2, 3)),
-        target_edges_um=rng.uniform(4, 5, (2, 3)),
-    )
+    edges_um = rng.uniform(5, 9, (2, 2, 3))
+    data = training_set(rng.normal(size=(N, 2, 6)), rng.normal(size=(N, 3)), edges_um, 0.7 * edges_um[:, 0])
     write_training_set(path, data, seed=3)
 
 

@@ -26,11 +26,10 @@ with work_folder(Path(sys.argv[1]), "a"):
 
 
 @pytest.fixture
-def holder(tmp_path, root):
+def holder(tmp_path):
     """A process that holds the lock of tmp_path/work, and the pid of its child."""
-    environment = {**os.environ, "PYTHONPATH": str(root / "scripts")}
     command = [sys.executable, "-c", HOLDER, str(tmp_path / "work")]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         child = int(process.stdout.readline())
         yield process, child
         process.kill()
@@ -168,19 +167,18 @@ def test_each_attempt_has_a_log_of_its_own(tmp_path, capsys):
     assert capsys.readouterr().out == "one\ntwo\n"
 
 
-def test_attempt_goes_on_when_the_reader_of_its_output_is_gone(tmp_path, root):
+def test_attempt_goes_on_when_the_reader_of_its_output_is_gone(tmp_path):
     """A scheduler's signal ends `tee` too."""
-    code = (
-        "import pathlib, sys, time\n"
-        "from slurrycast.runtime.work_folder import attempt_log\n"
-        "with attempt_log(pathlib.Path(sys.argv[1])):\n"
-        "    for k in range(3):\n"
-        "        print(f'line {k}', flush=True)\n"
-        "        time.sleep(0.2)\n"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(root / "scripts")}
+    code = """
+import pathlib, sys, time
+from slurrycast.runtime.work_folder import attempt_log
+with attempt_log(pathlib.Path(sys.argv[1])):
+    for k in range(3):
+        print(f"line {k}", flush=True)
+        time.sleep(0.2)
+"""
     command = [sys.executable, "-c", code, str(tmp_path)]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         process.stdout.readline()
         process.stdout.close()
     assert (tmp_path / "attempt_1.log").read_text().splitlines()[1:] == ["line 0", "line 1", "line 2"]

@@ -9,7 +9,16 @@ import pytest
 from slurrycast.data.frames import read_frames
 from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_run import Launcher
+from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A network like VGG16 that is built and saved in no time."""
+    monkeypatch.setattr(vgg16, "BLOCKS", ((8, 8), (16, 16), (16, 16), (24, 24), (24, 24)))
+    monkeypatch.setattr(vgg16, "DENSE_UNITS", 64)
+    monkeypatch.setattr(vgg16, "SHARD_UNITS", 16)
 
 
 @pytest.fixture

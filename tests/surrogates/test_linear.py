@@ -9,11 +9,10 @@ import scipy.optimize
 
 from script_calls import call
 from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
-from slurrycast.data.frames import Frame, Particles
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.linear import Linear
 from slurrycast.surrogates.prediction import PredictionInput
-from training_sets import one_slurry
+from structures import frame, particles, training_set
 
 N = 60
 COEFFICIENTS = np.array([0.5, -0.25, -1.0, 1.5])
@@ -21,14 +20,8 @@ COEFFICIENTS = np.array([0.5, -0.25, -1.0, 1.5])
 
 def prediction_input(places_um: np.ndarray, numbers=(7, 8, 9, 10)) -> PredictionInput:
     """Of coordinates (n, frames, 3)."""
-    n = len(places_um)
-    one = np.ones(n, dtype=int)
-    particles = Particles(np.arange(1, n + 1), one, one, one, 0.4 * one, 2.0 * one, ("A",))
-    frames = (
-        Frame(k, k, float(k), places_um[:, column], places_um[:, column], one, -np.ones(3), 2 * np.ones(3))
-        for column, k in enumerate(numbers)
-    )
-    return PredictionInput("A", particles, tuple(frames))
+    frames = tuple(frame(k, places_um[:, column], np.full(3, 2.0)) for column, k in enumerate(numbers))
+    return PredictionInput("A", particles(np.ones(len(places_um), dtype=int)), frames)
 
 
 @pytest.fixture
@@ -36,8 +29,8 @@ def data() -> TrainingSet:
     """Targets that are a linear combination of the coordinates; other features that say nothing."""
     features = np.random.default_rng(2).normal(0, 10, (N, 4, 6))
     targets = np.einsum("nfa,f->na", features[..., 2:5], COEFFICIENTS)
-    edges_um = np.full((4, 3), 20.0)
-    return one_slurry(features, targets, edges_um, edges_um[-1], share=0.25)
+    edges_um = np.full((1, 4, 3), 20.0)
+    return training_set(features, targets, edges_um, edges_um[:, -1], share=0.25)
 
 
 def test_exact_coefficients_are_recovered(data, tmp_path):
@@ -81,11 +74,10 @@ def test_axes_share_their_coefficients_and_prediction_grows_with_the_coordinates
 def test_models_that_do_not_fit_are_refused(data, tmp_path):
     path = tmp_path / "model.json"
     places_um = np.ones((2, 4, 3))
-    with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        Linear().predict(prediction_input(places_um), path, {})
-    path.write_text('{"input_frames": [7, 8, 9, 10]}')
-    with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
-        Linear().predict(prediction_input(places_um), path, {})
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"model\.json: not a readable linear model"):
+            Linear().predict(prediction_input(places_um), path, {})
+        path.write_text('{"input_frames": [7, 8, 9, 10]}')
     Linear().fit(data, {}, path)
     with pytest.raises(InputError, match=r"was fitted to input frames \[7, 8, 9, 10\], asked with \[6, 7, 8, 9\]"):
         Linear().predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import subprocess
 import sys
 
@@ -16,7 +15,7 @@ from slurrycast.dem.lammps_run import SCRIPTS
 from slurrycast.runtime.files import InputError, checksum
 from slurrycast.surrogates import base
 from slurrycast.surrogates.base import LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED, Surrogate
-from training_sets import one_slurry
+from structures import training_set
 
 
 @pytest.mark.parametrize("name", surrogates.NAMES)
@@ -57,15 +56,14 @@ def test_an_unknown_surrogate_is_refused_with_the_known_ones():
         surrogates.load("vgg19")
 
 
-def test_asking_for_a_surrogate_starts_no_tensorflow(root):
+def test_asking_for_a_surrogate_starts_no_tensorflow():
     code = """
 import sys
 from slurrycast import surrogates
 for name in surrogates.NAMES: surrogates.load(name)
 assert not {'keras', 'tensorflow'} & set(sys.modules)
 """
-    env = os.environ | {"PYTHONPATH": str(root / "scripts")}
-    subprocess.run([sys.executable, "-c", code], env=env, check=True)
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch):
@@ -75,7 +73,7 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     n = 30
     rng = np.random.default_rng(0)
     features = rng.normal(size=(n, 2, 6))
-    data = one_slurry(features, features[:, -1, 2:5], np.ones((2, 3)), np.ones(3))
+    data = training_set(features, features[:, -1, 2:5], np.ones((1, 2, 3)), np.ones((1, 3)))
     write_training_set(tmp_path / "training.h5", data, seed=1)
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)

@@ -9,22 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.data.dataset import TrainingSet, split
+from slurrycast.data.dataset import TrainingSet
 from slurrycast.data.features import particle_history
-from slurrycast.data.frames import Frame, Particles
 from slurrycast.surrogates import vgg16, vgg16_box
 from slurrycast.surrogates.affine import Affine
 from slurrycast.surrogates.prediction import PredictionInput
 from slurrycast.surrogates.vgg16_box import Vgg16Box
+from structures import frame, particles, training_set
 
 N = 90
-NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
-NUMBERS = (7, 8, 9, 10)
 CHANGES = [None, "absolute", "xu", "nobox"]
 SETTINGS = {"epochs": 2, "batch_size": 16, "learning_rate": 1e-3, "threads": 1, "seed": 11}
 
 
-def training_set(scale: float = 1.0) -> TrainingSet:
+def shrinking_slurries(scale: float = 1.0) -> TrainingSet:
     """Two slurries in shrinking boxes, all lengths but the radii `scale` times as large."""
     rng = np.random.default_rng(6)
     index = np.repeat([0, 1], N // 2)
@@ -41,35 +39,21 @@ def training_set(scale: float = 1.0) -> TrainingSet:
         axis=2,
     )
     targets = (scaled[:, -1] + rng.normal(0, 0.02, (N, 3))) * target_edges_um[index]
-    return TrainingSet(
-        features=history,
-        targets=scale * targets,
-        slurry_index=index,
-        slurries=("T1", "T2"),
-        particle_id=np.tile(np.arange(1, N // 2 + 1), 2),
-        is_validation=split(N, 0.2, seed=1),
-        feature_names=NAMES,
-        input_frames=NUMBERS,
-        target_frame=120,
-        input_edges_um=scale * input_edges_um,
-        target_edges_um=scale * target_edges_um,
-    )
+    return training_set(history, scale * targets, scale * input_edges_um, scale * target_edges_um)
 
 
 def prediction_input(data: TrainingSet, slurry: int, final_edges_um: np.ndarray | None = None) -> PredictionInput:
     """One slurry of a training set as an input, in its true final box unless another is given."""
     history = data.features[data.slurry_index == slurry]
-    n = len(history)
-    phase = history[:, 0, 0].astype(int)
-    particles = Particles(np.arange(1, n + 1), phase, phase, phase, history[:, 0, 1], np.ones(n), ("A", "B", "C"))
-    frames = []
-    for column, k in enumerate(NUMBERS):
-        edges_um = data.input_edges_um[slurry, column]
-        position_um = history[:, column, 2:5]
-        scaled = position_um / edges_um + 0.5
-        frames.append(Frame(k, k, float(k), position_um, scaled, history[:, column, 5], -edges_um / 2, edges_um))
+    some = particles(history[:, 0, 0].astype(int), history[:, 0, 1], ("A", "B", "C"))
+    frames = (
+        replace(frame(k, seen[:, 2:5], edges_um), coordination=seen[:, 5])
+        for k, seen, edges_um in zip(
+            data.input_frames, history.swapaxes(0, 1), data.input_edges_um[slurry], strict=True
+        )
+    )
     final_edges_um = data.target_edges_um[slurry] if final_edges_um is None else final_edges_um
-    return PredictionInput(data.slurries[slurry], particles, tuple(frames), final_edges_um)
+    return PredictionInput(data.slurries[slurry], some, tuple(frames), final_edges_um)
 
 
 @pytest.fixture
@@ -88,7 +72,7 @@ def answers(monkeypatch):
 @pytest.mark.parametrize("slurry", [0, 1])
 def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, change, slurry):
     """The maps to and from the target are inverse, and a network is asked with what it was trained with."""
-    data = training_set()
+    data = shrinking_slurries()
     settings = {"change": change}
     samples = vgg16_box.samples(data, vgg16_box.form(settings))
     selected = data.slurry_index == slurry
@@ -102,7 +86,7 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
 
 @pytest.mark.parametrize("change", [None, "xu", "nobox"])
 def test_no_displacement_is_the_affine_prediction_in_the_box_of_the_input(answers, change):
-    data = training_set()
+    data = shrinking_slurries()
     asked = prediction_input(data, 1, np.array([7.0, 8.0, 11.0]))
     answers(np.zeros((N // 2, 3)))
     predicted = Vgg16Box().predict(asked, "model.keras", {"change": change})
@@ -111,14 +95,14 @@ def test_no_displacement_is_the_affine_prediction_in_the_box_of_the_input(answer
 
 def test_an_absolute_answer_is_in_edges_of_the_box_of_the_input(answers):
     answers(np.full((N // 2, 3), 0.25))
-    asked = prediction_input(training_set(), 0, np.array([4.0, 8.0, 12.0]))
+    asked = prediction_input(shrinking_slurries(), 0, np.array([4.0, 8.0, 12.0]))
     predicted = Vgg16Box().predict(asked, "model.keras", {"change": "absolute"})
     np.testing.assert_allclose(predicted.position_um, np.tile([1.0, 2.0, 3.0], (N // 2, 1)))
 
 
 @given(scale=st.floats(0.1, 10))
 def test_scaled_coordinates_know_no_size_of_the_box(scale):
-    small, large = training_set(), training_set(scale)
+    small, large = shrinking_slurries(), shrinking_slurries(scale)
     seen = [vgg16_box.samples(data, vgg16_box.form({"change": "nobox"})) for data in (small, large)]
     np.testing.assert_allclose(seen[1].features, seen[0].features, rtol=1e-10)
     full = [vgg16_box.samples(data, vgg16_box.form({})) for data in (small, large)]
@@ -130,7 +114,7 @@ def test_scaled_coordinates_know_no_size_of_the_box(scale):
 
 
 def test_each_variant_makes_one_change():
-    data = training_set()
+    data = shrinking_slurries()
     full, absolute, xu, nobox = (vgg16_box.samples(data, vgg16_box.form({"change": change})) for change in CHANGES)
     np.testing.assert_array_equal(full.features[..., 6:], data.input_edges_um[data.slurry_index])
     np.testing.assert_array_equal(full.features[..., [0, 1, 5]], data.features[..., [0, 1, 5]])
@@ -148,7 +132,7 @@ def test_each_variant_makes_one_change():
 
 
 def test_layers_are_those_of_vgg16():
-    data = training_set()
+    data = shrinking_slurries()
     samples = vgg16_box.samples(data, vgg16_box.form({}))
     box = vgg16.build(4, 9, vgg16.Standardisation.fitted(samples))
     published = vgg16.build(4, 6)
@@ -158,24 +142,15 @@ def test_layers_are_those_of_vgg16():
     assert layers[0] == layers[1]
 
 
-@pytest.fixture
-def small(monkeypatch):
-    """A network of the same kind that is built and saved in no time."""
-    monkeypatch.setattr(vgg16, "BLOCKS", ((8, 8), (16, 16), (24, 24)))
-    monkeypatch.setattr(vgg16, "DENSE_UNITS", 64)
-    monkeypatch.setattr(vgg16, "SHARD_UNITS", 16)
-
-
 def fit(folder, change, **changes):
-    Vgg16Box().train(training_set(), SETTINGS | {"change": change} | changes, folder)
-    rows = [[float(word) for word in row.split(",")] for row in (folder / "history.csv").read_text().splitlines()[1:]]
-    return folder / "model.keras", np.array(rows)
+    Vgg16Box().train(shrinking_slurries(), SETTINGS | {"change": change} | changes, folder)
+    return folder / "model.keras", np.loadtxt(folder / "history.csv", delimiter=",", skiprows=1)
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_written_model_predicts_with_the_errors_of_its_history(small, tmp_path, change):
     """In um2 in the true final box; and the file is plain Keras, which safe mode loads."""
-    data = training_set()
+    data = shrinking_slurries()
     model, rows = fit(tmp_path, change)
     predicted = [Vgg16Box().predict(prediction_input(data, k), model, {"change": change}).position_um for k in (0, 1)]
     error_um = (np.concatenate(predicted) - data.targets)[data.is_validation]
@@ -188,18 +163,18 @@ def test_the_written_model_predicts_with_the_errors_of_its_history(small, tmp_pa
 
 def test_it_learns_a_drift_that_the_affine_prediction_lacks(small, tmp_path, monkeypatch):
     """Every particle moves on by three times its last step in the box."""
-    data = training_set()
+    data = shrinking_slurries()
     edges_um = data.input_edges_um[data.slurry_index]
     scaled = data.features[..., 2:5] / edges_um
     drift = (4 * scaled[:, -1] - 3 * scaled[:, -2]) * data.target_edges_um[data.slurry_index]
     learnable = replace(data, targets=drift)
     affine_loss = np.mean(vgg16_box.samples(learnable, vgg16_box.form({})).targets ** 2)
-    monkeypatch.setitem(globals(), "training_set", lambda: learnable)
+    monkeypatch.setitem(globals(), "shrinking_slurries", lambda: learnable)
     _, rows = fit(tmp_path, None, epochs=60, learning_rate=3e-3)
     assert rows[-1, 1] < 0.2 * affine_loss
 
 
 def test_history_of_the_input_is_that_of_training():
-    data = training_set()
+    data = shrinking_slurries()
     asked = prediction_input(data, 0)
     np.testing.assert_array_equal(particle_history(asked.particles, asked.frames), data.features[: N // 2])

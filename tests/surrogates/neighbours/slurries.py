@@ -1,11 +1,12 @@
 """Slurries of random particles, and what the network makes of them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+import structures
 from slurrycast.data.frames import Frame, Particles
-from slurrycast.data.periodic import to_scaled
 from slurrycast.data.trajectories import Trajectory
 from slurrycast.surrogates.neighbours import Neighbours
 from slurrycast.surrogates.neighbours.network import build
@@ -47,13 +48,12 @@ def slurry(n=60, seed=0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def particles_of(history: np.ndarray) -> Particles:
-    n, phase = len(history), history[:, 0, 0].astype(int)
-    return Particles(np.arange(1, n + 1), phase, phase, np.ones(n, int), history[:, 0, 1], np.ones(n), PHASES)
+    return structures.particles(history[:, 0, 0].astype(int), history[:, 0, 1], PHASES, mass_pg=1.0)
 
 
 def frame(number: int, place_um: np.ndarray, contacts: np.ndarray, edges_um: np.ndarray) -> Frame:
-    scaled = to_scaled(place_um, -edges_um / 2, edges_um)
-    return Frame(number, 500 * number, 1.0 * number, place_um, scaled, contacts.astype(int), -edges_um / 2, edges_um)
+    at_rest = structures.frame(number, place_um, edges_um, step=500 * number)
+    return replace(at_rest, coordination=contacts.astype(int))
 
 
 def frames_of(history: np.ndarray, edges_um: np.ndarray, first: int = 8) -> tuple[Frame, ...]:

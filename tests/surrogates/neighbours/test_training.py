@@ -24,7 +24,7 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
 def test_training_learns(tmp_path):
     settings = {**SETTINGS, "members": 1, "epochs": 60}
     train(settings, tmp_path)
-    loss = [float(line.split(",")[1]) for line in (tmp_path / "history.csv").read_text().splitlines()[1:]]
+    loss = np.loadtxt(tmp_path / "history.csv", delimiter=",", skiprows=1)[:, 1]
     assert len(loss) == 60
     assert loss[-1] < 0.5 * loss[0]
 
