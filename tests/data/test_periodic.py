@@ -21,11 +21,6 @@ def test_wrapped_positions_are_inside_and_whole_edges_away(position, lower, edge
     assert np.all(wrapped < lower + edge)
     boxes = (position - wrapped) / edge
     np.testing.assert_allclose(boxes, np.rint(boxes), rtol=0, atol=1e-9)
-
-
-@given(positions, lowers, edges)
-def test_wrap_again_changes_nothing(position, lower, edge):
-    wrapped = wrap(position, lower, edge)
     np.testing.assert_array_equal(wrap(wrapped, lower, edge), wrapped)
 
 

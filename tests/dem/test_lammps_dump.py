@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from damage import assert_names_its_file, variants
 from slurrycast.dem.lammps_dump import COLUMNS, read_dump
 from slurrycast.runtime.files import InputError
 
@@ -36,10 +37,8 @@ def refusal(tmp_path):
         path.write_text(text)
         with pytest.raises(InputError) as error:
             list(read_dump(path))
-        message = str(error.value)
-        assert message.startswith(f"{path}: ")
-        assert "\n" not in message
-        return message.removeprefix(f"{path}: ")
+        assert_names_its_file(error.value, path)
+        return str(error.value).removeprefix(f"{path}: ")
 
     return say
 
@@ -161,3 +160,21 @@ def test_one_wrong_character_is_refused_or_changes_one_number(tmp_path_factory, 
         changed += np.sum((frame.lower_um != expected.lower_um) | (frame.edges_um != expected.edges_um))
         changed += np.sum(frame.values[:, 3:] != expected.values[:, 3:])
     assert changed <= 1
+
+
+@settings(max_examples=300, deadline=None)
+@given(content=variants(DUMP))
+@example(DUMP.replace("ATOMS\n3\n", f"ATOMS\n{'9' * 5000}\n").encode())
+@example(DUMP.replace("ATOMS\n3\n", f"ATOMS\n{'9' * 30}\n").encode())
+@example(DUMP.replace("TIMESTEP\n0\n", f"TIMESTEP\n{'9' * 30}\n").encode())
+@example(DUMP.replace("ATOMS\n3\n", "ATOMS\n²\n").encode())
+def test_any_dump_is_read_or_refused_with_its_place(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "any.dump"
+    path.write_bytes(content)
+    try:
+        frames = list(read_dump(path))
+    except InputError as error:
+        assert_names_its_file(error, path)
+    else:
+        assert frames
+        assert all(np.isfinite(frame.values).all() and (frame.edges_um > 0).all() for frame in frames)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from damage import variants
 from slurrycast.dem.lammps_log import END_MARKER, read_log, thermo_row
 from slurrycast.runtime.files import RunError
 
@@ -132,7 +133,6 @@ def test_bytes_that_are_no_text_do_no_harm(tmp_path):
         ("200 0.4 1.25 3", None),
         ("-200 0.4 1.25", None),
         ("0.2 0.4 1.25", None),
-        ("Step Temp Press", None),
         ("200 steps with", None),
         ("", None),
     ],
@@ -144,3 +144,21 @@ def test_thermo_row(line, row):
         assert np.isnan(found[2])
     else:
         assert found == row
+
+
+@settings(max_examples=300, deadline=None)
+@given(content=variants(GOOD))
+@example(GOOD.replace("1 by 1 by 2", f"{'9' * 5000} by 1 by 1").encode())
+@example(GOOD.replace("300   0.6", f"{'9' * 400}   nan").encode())
+@example(GOOD.replace("   Step        v_time_us", "   Step  Step").encode())
+def test_any_log_is_read_or_refused_with_its_place(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "any.log"
+    path.write_bytes(content)
+    try:
+        log = read_log(path)
+    except RunError as error:
+        assert str(error).endswith(f"log: {path}")
+        assert len(str(error).splitlines()) == 1
+    else:
+        assert np.isfinite(log.thermo).all()
+        assert log.thermo.shape == (len(log.thermo), len(log.columns))

@@ -7,16 +7,17 @@ import subprocess
 import numpy as np
 import pytest
 
+from damage import flip
 from slurrycast.analysis.errors import coordinate_errors
 from slurrycast.data.frames import read_frames
-from test_run_slurry import flip, killed, wait_until
+from test_run_slurry import killed, wait_until
 
 
-@pytest.fixture
-def perturbed(slurry, tmp_path, command):
-    """Command line of a perturbed run that starts at frame 10."""
+@pytest.fixture(scope="module")
+def perturbed(slurry, command):
+    """Command line of a perturbed run that starts at frame 10, with its files in a folder."""
 
-    def build(target_frame, displacement_um, restart_frame=10):
+    def build(folder, target_frame, displacement_um, restart_frame=10):
         return command(
             "run_perturbed",
             restart=slurry / f"frame_{restart_frame}.restart",
@@ -26,8 +27,8 @@ def perturbed(slurry, tmp_path, command):
             first_frame=10,
             target_frame=target_frame,
             displacement_um=displacement_um,
-            work=tmp_path / "work folder",
-            perturbed=tmp_path / "perturbed.h5",
+            work=folder / "work folder",
+            perturbed=folder / "perturbed.h5",
         )
 
     return build
@@ -37,7 +38,7 @@ def perturbed(slurry, tmp_path, command):
 def test_undisturbed_perturbed_run_is_the_dem_run(perturbed, slurry, tmp_path, target_frame, segments_differ):
     """To the end it has the segments of the original, and every bit of it."""
     k, tolerance = target_frame, 1e-7 * segments_differ
-    subprocess.run(perturbed(k, 0), check=True)
+    subprocess.run(perturbed(tmp_path, k, 0), check=True)
     with read_frames(tmp_path / "perturbed.h5") as store, read_frames(slurry / "frames.h5") as dem:
         for name in ("position_um", "scaled_position", "coordination", "box"):
             np.testing.assert_allclose(getattr(store, name)(k), getattr(dem, name)(k), rtol=0, atol=tolerance)
@@ -51,7 +52,7 @@ def test_undisturbed_perturbed_run_is_the_dem_run(perturbed, slurry, tmp_path, t
 
 @pytest.mark.parametrize("target_frame", [11, 120])
 def test_displaced_perturbed_run_drifts_away(perturbed, slurry, tmp_path, target_frame):
-    subprocess.run(perturbed(target_frame, 1e-6), check=True)
+    subprocess.run(perturbed(tmp_path, target_frame, 1e-6), check=True)
     with read_frames(tmp_path / "perturbed.h5") as store, read_frames(slurry / "frames.h5") as dem:
         mse_um2 = coordinate_errors(dem.position_um(target_frame), store.position_um(target_frame))["all"].mse_um2
         edge_um = dem.box(target_frame)[1].max()
@@ -64,37 +65,29 @@ def test_displaced_perturbed_run_drifts_away(perturbed, slurry, tmp_path, target
 def test_restart_file_of_another_frame_is_refused(perturbed, tmp_path):
     """By the second attempt too: what the first one wrote of it counts for nothing."""
     for _ in range(2):
-        result = subprocess.run(perturbed(11, 0, restart_frame=1), capture_output=True, text=True)
+        result = subprocess.run(perturbed(tmp_path, 11, 0, restart_frame=1), capture_output=True, text=True)
         assert result.returncode == 1
         assert result.stderr.endswith("frame_1.restart: of step 50, frame 10 is 500\n")
     assert not (tmp_path / "perturbed.h5").exists()
 
 
-def test_target_before_the_start_is_refused(perturbed):
-    result = subprocess.run(perturbed(10, 0), capture_output=True, text=True)
+def test_target_before_the_start_is_refused(perturbed, tmp_path):
+    result = subprocess.run(perturbed(tmp_path, 10, 0), capture_output=True, text=True)
     assert result.returncode == 2
     assert result.stderr.endswith("--first-frame 10: must be from 0 to below --target-frame 10\n")
 
 
 @pytest.fixture(scope="module")
-def contents() -> dict[str, bytes]:
-    """Files that are written once for all tests."""
-    return {}
-
-
-@pytest.fixture
-def undisturbed(perturbed, tmp_path, contents) -> bytes:
+def undisturbed(perturbed, tmp_path_factory) -> bytes:
     """File of a perturbed run that nobody disturbed."""
-    if not contents:
-        subprocess.run(perturbed(120, 1e-6), check=True)
-        contents["undisturbed"] = (tmp_path / "perturbed.h5").read_bytes()
-        (tmp_path / "perturbed.h5").unlink()
-    return contents["undisturbed"]
+    folder = tmp_path_factory.mktemp("undisturbed")
+    subprocess.run(perturbed(folder, 120, 1e-6), check=True)
+    return (folder / "perturbed.h5").read_bytes()
 
 
 def test_perturbed_run_killed_in_its_second_segment_goes_on_and_ends_with_every_bit(perturbed, undisturbed, tmp_path):
     work, attempts = tmp_path / "work folder", tmp_path / "attempts"
-    command = [*perturbed(120, 1e-6), "--attempts", str(attempts)]
+    command = [*perturbed(tmp_path, 120, 1e-6), "--attempts", str(attempts)]
     killed(command, work / "segment_3000.log", everything=True)
     assert (work / "segment_2000.json").exists() and not (tmp_path / "perturbed.h5").exists()
     result = subprocess.run(command, check=True, capture_output=True, text=True)
@@ -107,9 +100,9 @@ def test_perturbed_run_killed_in_its_second_segment_goes_on_and_ends_with_every_
 @pytest.mark.parametrize("name", ["step_500.restart", "step_2000.restart"])
 def test_damaged_part_of_a_perturbed_run_is_named_and_done_again(perturbed, undisturbed, tmp_path, name):
     work = tmp_path / "work folder"
-    killed(perturbed(120, 1e-6), work / "segment_3000.log", everything=True)
+    killed(perturbed(tmp_path, 120, 1e-6), work / "segment_3000.log", everything=True)
     flip(work / name)
-    result = subprocess.run(perturbed(120, 1e-6), check=True, capture_output=True, text=True)
+    result = subprocess.run(perturbed(tmp_path, 120, 1e-6), check=True, capture_output=True, text=True)
     assert f"{work / name}: truncated, or not what " in result.stdout
     assert "goes on" not in result.stdout
     assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
@@ -117,27 +110,29 @@ def test_damaged_part_of_a_perturbed_run_is_named_and_done_again(perturbed, undi
 
 def test_perturbed_run_of_other_settings_does_not_go_on_from_what_was_left(perturbed, tmp_path):
     work = tmp_path / "work folder"
-    killed(perturbed(120, 1e-5), work / "segment_3000.log", everything=True)
-    result = subprocess.run(perturbed(11, 1e-6), check=True, capture_output=True, text=True)
+    killed(perturbed(tmp_path, 120, 1e-5), work / "segment_3000.log", everything=True)
+    result = subprocess.run(perturbed(tmp_path, 11, 1e-6), check=True, capture_output=True, text=True)
     assert f"{work}: left by a run with other inputs; starting anew" in result.stdout
 
 
 def test_perturbed_run_stops_between_segments_when_its_budget_is_used_up(perturbed, undisturbed, tmp_path):
+    command = perturbed(tmp_path, 120, 1e-6)
     for step in (2000, 3000, 4000):
-        result = subprocess.run([*perturbed(120, 1e-6), "--budget-min", "0.001"], capture_output=True, text=True)
+        result = subprocess.run([*command, "--budget-min", "0.001"], capture_output=True, text=True)
         assert result.returncode == 75
         assert result.stderr.startswith(f"[A perturbed run] stopped at step {step}: the next segment takes about ")
         assert not (tmp_path / "perturbed.h5").exists()
-    subprocess.run(perturbed(120, 1e-6), check=True)
+    subprocess.run(command, check=True)
     assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
 
 
 def test_terminated_perturbed_run_stops_and_goes_on(perturbed, undisturbed, tmp_path):
-    process = subprocess.Popen(perturbed(120, 1e-6), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    command = perturbed(tmp_path, 120, 1e-6)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     wait_until((tmp_path / "work folder" / "segment_2000.json").exists, process)
     process.send_signal(signal.SIGTERM)
     said = process.communicate(timeout=30)[1]
     assert process.returncode == 75
     assert re.match(r"\[A perturbed run\] stopped .*by SIGTERM", said)
-    subprocess.run(perturbed(120, 1e-6), check=True)
+    subprocess.run(command, check=True)
     assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed

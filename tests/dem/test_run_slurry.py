@@ -15,6 +15,7 @@ import pandas as pd
 import psutil
 import pytest
 
+from damage import flip, truncate
 from run_slurry import THERMO_COLUMNS, boundaries
 from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import minimum_image
@@ -181,16 +182,6 @@ def cut_off(slurry, tmp_path_factory, dem_command) -> Path:
     return folder
 
 
-def truncate(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-100])
-
-
-def flip(path: Path) -> None:
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-
-
 def replace(path: Path) -> None:
     shutil.copyfile(path.with_name("step_500.restart"), path)
 
@@ -308,10 +299,12 @@ def test_failed_run_says_so_on_one_line_and_keeps_its_log(slurry, tmp_path, comm
 def test_terminated_run_takes_its_lammps_along(slurry, tmp_path, dem_command):
     process = subprocess.Popen(dem_command(slurry, tmp_path, 120), stdout=subprocess.DEVNULL)
     lammps: list[psutil.Process] = []
-    while not ((tmp_path / "work" / "step_500.restart").exists() and lammps):
-        assert process.poll() is None
-        lammps = psutil.Process(process.pid).children()  # none between two segments
-        time.sleep(0.005)
+
+    def amid_a_segment() -> bool:
+        lammps[:] = psutil.Process(process.pid).children()  # none between two segments
+        return bool(lammps) and (tmp_path / "work" / "step_500.restart").exists()
+
+    wait_until(amid_a_segment, process)
     process.terminate()
     assert process.wait(timeout=10) == 75
     assert psutil.wait_procs(lammps, timeout=5)[1] == []

@@ -15,7 +15,21 @@ PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
 
 
 @pytest.fixture(scope="module")
-def relaxed(slurry, tmp_path_factory, command):
+def relax_command(slurry, command):
+    """Command line that relaxes the prediction of one folder and writes to another."""
+
+    def build(inputs, outputs, coefficients="coefficients.lmp"):
+        files = {"wrapped": inputs / "wrapped.data", "predicted": inputs / "predicted.h5"}
+        files |= {"inputs": slurry / "inputs.json", "coefficients": slurry / coefficients}
+        files |= {"push_off": slurry / "push_off.lmp", "work": outputs / "work folder", "cost": outputs / "cost.json"}
+        files |= {"relaxed_data": outputs / "relaxed.data", "relaxed": outputs / "relaxed.h5"}
+        return command("relax_slurry", **files, settings=json.dumps(SETTINGS))
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def relaxed(slurry, tmp_path_factory, command, relax_command):
     """Folder with a prediction as bad as can be, random places some boxes away, and what became of it."""
     folder = tmp_path_factory.mktemp("relaxed slurry")
     rng = np.random.default_rng(3)
@@ -25,14 +39,8 @@ def relaxed(slurry, tmp_path_factory, command):
         attributes = {"slurry": "A", "surrogate": "random", "stage": "predicted", "box_scale": 1.1}
         write_frames(folder / "predicted.h5", store.particles, [scattered], attributes)
     files = {"wrapped": folder / "wrapped.data", "predicted": folder / "predicted.h5", "inputs": slurry / "inputs.json"}
-    forces = {"coefficients": slurry / "coefficients.lmp", "push_off": slurry / "push_off.lmp"}
-    outputs = {"relaxed_data": folder / "relaxed.data", "relaxed": folder / "relaxed.h5", "cost": folder / "cost.json"}
-    for words in (
-        command("wrap_slurry", **files, cost=folder / "wrap_cost.json"),
-        command(
-            "relax_slurry", **files, **forces, **outputs, settings=json.dumps(SETTINGS), work=folder / "work folder"
-        ),
-    ):
+    wrap = command("wrap_slurry", **files, cost=folder / "wrap_cost.json")
+    for words in (wrap, relax_command(folder, folder)):
         subprocess.run(words, check=True)
     return folder
 
@@ -108,22 +116,10 @@ def test_cost_and_work_folder(relaxed):
     assert not (relaxed / "work folder").exists()
 
 
-def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, slurry, tmp_path, command):
-    words = command(
-        "relax_slurry",
-        wrapped=relaxed / "wrapped.data",
-        predicted=relaxed / "predicted.h5",
-        inputs=slurry / "inputs.json",
-        coefficients=slurry / "push_off.lmp",  # not those of the real forces
-        push_off=slurry / "push_off.lmp",
-        settings=json.dumps(SETTINGS),
-        work=tmp_path / "work",
-        relaxed_data=tmp_path / "relaxed.data",
-        relaxed=tmp_path / "relaxed.h5",
-        cost=tmp_path / "cost.json",
-    )
+def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, relax_command, tmp_path):
+    words = relax_command(relaxed, tmp_path, coefficients="push_off.lmp")  # not those of the real forces
     result = subprocess.run(words, capture_output=True, text=True)
     assert result.returncode == 1
     assert result.stderr.startswith("error: LAMMPS: ERROR: ")
-    assert result.stderr.endswith(f"; log: {tmp_path / 'work' / 'relax.log'}\n")
-    assert [path.name for path in tmp_path.iterdir()] == ["work"]
+    assert result.stderr.endswith(f"; log: {tmp_path / 'work folder' / 'relax.log'}\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["work folder"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from damage import flip
 from slurrycast.runtime import files
 from slurrycast.runtime.files import CHECKSUMS, InputError, check_unchanged, moved_into_place, write_text
 
@@ -62,19 +63,13 @@ def test_text_is_utf8(tmp_path):
     assert (tmp_path / "a.txt").read_bytes() == "µm³".encode()
 
 
-def flipped(path: Path) -> None:
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-
-
 def test_checksum_is_that_of_sha256sum(tmp_path):
     write_text(tmp_path / "a table.csv", "µm³")
     check = ["sha256sum", "--check", f"{CHECKSUMS}/a table.csv.sha256"]
     assert subprocess.run(check, cwd=tmp_path, capture_output=True, text=True).stdout == "a table.csv: OK\n"
 
 
-@pytest.mark.parametrize("damage", [flipped, lambda path: path.write_text("µ"), lambda path: path.write_text("")])
+@pytest.mark.parametrize("damage", [flip, lambda path: path.write_text("µ"), lambda path: path.write_text("")])
 def test_damage_is_refused_with_the_name(tmp_path, damage):
     place = tmp_path / "a.csv"
     write_text(place, "µm³")

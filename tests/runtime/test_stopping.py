@@ -29,41 +29,40 @@ def clock(monkeypatch):
         signal.signal(number, handler)
 
 
-def test_segments_begin_as_long_as_they_fit(clock):
-    stop = Stop("6", budget_s=160.0)  # of which 60 s are kept for the start and the end of the job
-    clock[0] = 10.0
-    for first in (0, 1000, 2000):
+def run_segments(stop: Stop, clock: list[float], count: int, seconds: float) -> None:
+    """Segments of 1000 steps each."""
+    for first in range(0, 1000 * count, 1000):
         stop.begin(first, first + 1000)
-        clock[0] += 20.0
+        clock[0] += seconds
         stop.reached(first + 1000)
-    # 70 s gone, the next 1000 steps take 1.2 x 20 s: they fit; after them they do not
-    stop.begin(3000, 4000)
-    clock[0] += 20.0
-    stop.reached(4000)
-    with pytest.raises(Unfinished) as error:
-        stop.begin(4000, 5000)
-    assert str(error.value) == (
-        "[6] stopped at step 4000: the next segment takes about 24 s, and 90 of 160 s are gone: "
-        "the same command goes on"
-    )
-    stop.begin(4000, 4100)  # a shorter one fits
 
 
-def test_first_segment_of_an_attempt_begins_whatever_the_budget(clock):
-    stop = Stop("6", budget_s=5.0)
+@pytest.mark.parametrize(
+    ("budget_s", "segment_s", "count", "shorter_fits"),
+    [
+        (160, 20, 4, True),  # of which 60 s are kept for the start and the end of the job
+        (40, 4, 2, True),  # of which half is kept
+        (5, 1, 1, False),  # a first segment begins whatever the budget
+    ],
+)
+def test_segments_begin_as_long_as_they_fit(clock, budget_s, segment_s, count, shorter_fits):
+    """1.2 times the time of the last one has to be left, here after 10 s that were gone before the first."""
+    stop = Stop("6", float(budget_s))
     clock[0] = 10.0
-    stop.begin(0, 1000)
-    stop.reached(1000)
-    with pytest.raises(Unfinished):
-        stop.begin(1000, 2000)
+    run_segments(stop, clock, count, segment_s)
+    end = 1000 * count
+    with pytest.raises(Unfinished) as error:
+        stop.begin(end, end + 1000)
+    assert str(error.value) == (
+        f"[6] stopped at step {end}: the next segment takes about {1.2 * segment_s:.0f} s, "
+        f"and {10 + count * segment_s} of {budget_s} s are gone: the same command goes on"
+    )
+    if shorter_fits:
+        stop.begin(end, end + 100)
 
 
 def test_no_budget_is_no_limit(clock):
-    stop = Stop("6", budget_s=0.0)
-    for first in (0, 1000, 2000):
-        stop.begin(first, first + 1000)
-        clock[0] += 1e6
-        stop.reached(first + 1000)
+    run_segments(Stop("6", budget_s=0.0), clock, 3, 1e6)
 
 
 @pytest.mark.parametrize(
@@ -100,13 +99,3 @@ def test_segment_that_hangs_is_given_up_all_the_same(clock, monkeypatch):
     os.kill(os.getpid(), signal.SIGTERM)
     with pytest.raises(Unfinished, match="stopped by SIGTERM amid a segment"):
         signal.pause()
-
-
-def test_half_of_a_short_budget_is_usable(clock):
-    stop = Stop("6", budget_s=40.0)
-    for first in (0, 1000):
-        stop.begin(first, first + 1000)
-        clock[0] += 9.0
-        stop.reached(first + 1000)
-    with pytest.raises(Unfinished):  # 18 s gone, 9 x 1.2 more
-        stop.begin(2000, 3000)

@@ -2,15 +2,27 @@
 
 import json
 from collections.abc import Callable
+from importlib import import_module
 
 import numpy as np
 import pytest
 
+from script_calls import call
 from slurrycast.data.frames import read_frames
 from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
+
+
+@pytest.fixture
+def run_main(command) -> Callable[..., None]:
+    """Run a script in this process, where a test can change what it uses."""
+
+    def run(script: str, **options: object) -> None:
+        call(import_module(script), *command(script, **options)[2:])
+
+    return run
 
 
 @pytest.fixture

@@ -31,6 +31,11 @@ def test_comes_to_rest_at_the_density_of_the_recipe(continuation_input, frame):
     np.testing.assert_allclose(np.ptp(prediction.edges_um / asked.last.edges_um), 0, atol=1e-9)
     scaled = prediction.position_um / prediction.edges_um
     assert coordinate_errors(asked.last.position_um / asked.last.edges_um, scaled)["all"].r2 > 0.8
+    # the contact history goes on
+    log = (asked.continuation.work / "continue.log").read_text()
+    assert "Resetting global fix info from restart file" in log
+    assert "NEIGH_HISTORY" in log
+    assert "Unused restart file" not in log
 
 
 def test_a_box_that_hardly_moves_is_not_taken_for_one_at_rest(continuation_input):
@@ -49,15 +54,6 @@ def test_max_steps_end_a_run_that_is_not_flat(continuation_input):
     with pytest.raises(RunError, match=r"max_steps \(400\).*density \+.* over the last 200"):
         EarlyDem().predict(asked, None, SETTINGS | {"flat_steps": 200, "max_steps": 500, "flat_within": 1e-9})
     assert steps_used(asked) == 400
-
-
-def test_contact_history_goes_on(continuation_input):
-    asked = continuation_input(60)
-    EarlyDem().predict(asked, None, SETTINGS)
-    log = (asked.continuation.work / "continue.log").read_text()
-    assert "Resetting global fix info from restart file" in log
-    assert "NEIGH_HISTORY" in log
-    assert "Unused restart file" not in log
 
 
 def test_lost_contact_history_is_an_error(continuation_input, lose_contact_history):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from script_calls import call
 from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.linear import Linear
@@ -83,13 +82,10 @@ def test_models_that_do_not_fit_are_refused(data, tmp_path):
         Linear().predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
 
 
-def test_the_script_fits_without_keras(data, tmp_path, capsys):
-    import fit_surrogate
-
+def test_the_script_fits_without_keras(data, tmp_path, run_main, capsys):
     write_training_set(tmp_path / "training.h5", data, seed=1)
-    places = {"--dataset": "training.h5", "--model": "model.json", "--cost": "cost.json"}
-    options = [word for option, name in places.items() for word in (option, str(tmp_path / name))]
-    call(fit_surrogate, "--surrogate", "linear", "--settings", "{}", "--seed", 1, *options)
+    paths = {"dataset": tmp_path / "training.h5", "model": tmp_path / "model.json", "cost": tmp_path / "cost.json"}
+    run_main("fit_surrogate", surrogate="linear", settings="{}", seed=1, **paths)
     expected = Linear().fit(read_training_set(tmp_path / "training.h5"), {}, tmp_path / "again.json")
     written = json.loads((tmp_path / "model.json").read_text())
     assert written == json.loads((tmp_path / "again.json").read_text())

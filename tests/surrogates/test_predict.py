@@ -6,9 +6,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from script_calls import call
+from slurrycast import surrogates
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.runtime.files import RunError
+from slurrycast.surrogates.prediction import Prediction
 
 LAST_INPUT = 10
 
@@ -132,11 +133,8 @@ def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(start, tmp_path, s
 
 
 @pytest.fixture
-def doubtful(command, slurry, tmp_path, monkeypatch):
+def doubtful(run_main, slurry, tmp_path, monkeypatch):
     """Predict by a surrogate that stays where it is and has this spread (n, 3); the path of the prediction."""
-    import predict_slurry
-    from slurrycast import surrogates
-    from slurrycast.surrogates.prediction import Prediction
 
     def run(spread_um):
         def answer(inputs, *_):
@@ -145,7 +143,7 @@ def doubtful(command, slurry, tmp_path, monkeypatch):
         monkeypatch.setattr(surrogates.load("persistence"), "predict", answer)
         paths = {"frames": slurry / "frames.h5", "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
         options = {"surrogate": "persistence", "settings": "{}", "input_frames": 10, "target_frame": 120}
-        call(predict_slurry, *command("predict_slurry", **options, **paths)[2:])
+        run_main("predict_slurry", **options, **paths)
         return tmp_path / "p.h5"
 
     return run

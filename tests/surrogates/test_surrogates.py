@@ -1,6 +1,5 @@
 """The registry of surrogates and the script that trains one of them."""
 
-import csv
 import json
 import subprocess
 import sys
@@ -8,12 +7,11 @@ import sys
 import numpy as np
 import pytest
 
-from script_calls import call
 from slurrycast import surrogates
 from slurrycast.data.dataset import write_training_set
 from slurrycast.dem.lammps_run import SCRIPTS
 from slurrycast.runtime.files import InputError, checksum
-from slurrycast.surrogates import base
+from slurrycast.surrogates import base, vgg16
 from slurrycast.surrogates.base import LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED, Surrogate
 from structures import training_set
 
@@ -66,9 +64,8 @@ assert not {'keras', 'tensorflow'} & set(sys.modules)
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch):
+def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch, run_main):
     import train_surrogate
-    from slurrycast.surrogates import vgg16
 
     n = 30
     rng = np.random.default_rng(0)
@@ -77,34 +74,34 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     write_training_set(tmp_path / "training.h5", data, seed=1)
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,), (4,)))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
-    places = {name: tmp_path / name for name in ("work", "model.keras", "history.csv", "cost.json")}
+    names = {"dataset": "training.h5", "model": "model.keras", "history": "history.csv", "cost": "cost.json"}
+    paths = {option: tmp_path / name for option, name in names.items()} | {"work": tmp_path / "work"}
     settings = json.dumps({"epochs": 3, "batch_size": 10, "learning_rate": 1e-3, "threads": 1})
-    arguments = ["--surrogate", "vgg16", "--dataset", tmp_path / "training.h5", "--settings", settings, "--seed", 3]
-    for option, place in zip(("--work", "--model", "--history", "--cost"), places.values(), strict=True):
-        arguments += [option, place]
-    call(train_surrogate, *arguments)
 
-    written = {name: (tmp_path / name).read_bytes() for name in ("history.csv", "model.keras")}
-    assert not (places["work"] / "checkpoint.h5").exists()
-    with places["history.csv"].open() as file:
-        rows = list(csv.DictReader(file))
-    assert list(rows[0]) == ["epoch", "loss", "mae", "val_loss", "val_mae"]
-    assert [row["epoch"] for row in rows] == ["1", "2", "3"]
-    cost = json.loads(places["cost.json"].read_text())
+    def run():
+        run_main("train_surrogate", surrogate="vgg16", settings=settings, seed=3, **paths)
+
+    run()
+    written = {option: paths[option].read_bytes() for option in ("history", "model")}
+    assert not (paths["work"] / "checkpoint.h5").exists()
+    header, *rows = written["history"].decode().splitlines()
+    assert header == "epoch,loss,mae,val_loss,val_mae"
+    assert [row.split(",")[0] for row in rows] == ["1", "2", "3"]
+    cost = json.loads(paths["cost"].read_text())
     assert (cost["stage"], cost["surrogate"], cost["particles"]) == ("train_surrogate", "vgg16", n)
 
     # A workflow that was killed before it took note of the outputs asks again: the training is not repeated.
-    for name in written:
-        places[name].unlink()
+    for option in written:
+        paths[option].unlink()
     monkeypatch.setattr(surrogates.load("vgg16"), "train", None)
-    call(train_surrogate, *arguments)
-    assert {name: places[name].read_bytes() for name in written} == written
-    assert json.loads(places["cost.json"].read_text())["cpu_s"] > cost["cpu_s"]
+    run()
+    assert {option: paths[option].read_bytes() for option in written} == written
+    assert json.loads(paths["cost"].read_text())["cpu_s"] > cost["cpu_s"]
 
     # With other code it would be another model, so it is.
     monkeypatch.setattr(train_surrogate, "code_versions", lambda surrogate: [f"edited {surrogate}"])
     with pytest.raises(TypeError, match="'NoneType' object is not callable"):
-        call(train_surrogate, *arguments)
+        run()
 
 
 def test_code_of_a_surrogate_is_its_modules_and_libraries(root):

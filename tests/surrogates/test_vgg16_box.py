@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slurrycast.data.dataset import TrainingSet
-from slurrycast.data.features import particle_history
 from slurrycast.surrogates import vgg16, vgg16_box
 from slurrycast.surrogates.affine import Affine
 from slurrycast.surrogates.prediction import PredictionInput
@@ -172,9 +171,3 @@ def test_it_learns_a_drift_that_the_affine_prediction_lacks(small, tmp_path, mon
     monkeypatch.setitem(globals(), "shrinking_slurries", lambda: learnable)
     _, rows = fit(tmp_path, None, epochs=60, learning_rate=3e-3)
     assert rows[-1, 1] < 0.2 * affine_loss
-
-
-def test_history_of_the_input_is_that_of_training():
-    data = shrinking_slurries()
-    asked = prediction_input(data, 0)
-    np.testing.assert_array_equal(particle_history(asked.particles, asked.frames), data.features[: N // 2])

@@ -37,64 +37,60 @@ def test_stored_members_answer_as_the_networks_that_they_were(tmp_path, n_member
                 np.testing.assert_allclose(one[:, number], expected, atol=1e-5)
 
 
-def test_answer_is_not_the_affine_map(model):
-    history, edges_um = slurry()
-    moved_um = answer(model, history, edges_um)[0] - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+@pytest.fixture(scope="module")
+def asked(model):
+    """A slurry, its edges, and positions and spreads that the network answers."""
+    return *slurry(), *answer(model, *slurry())
+
+
+def test_answer_is_not_the_affine_map(asked):
+    history, edges_um, position_um, _ = asked
+    moved_um = position_um - history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
     assert np.sqrt(np.mean(moved_um**2)) > 0.01  # what the tests below say would else be empty
 
 
-def test_order_of_the_particles_does_not_matter(model):
-    history, edges_um = slurry()
+def test_order_of_the_particles_does_not_matter(model, asked):
+    history, edges_um, *expected = asked
     order = np.random.default_rng(7).permutation(len(history))
-    for one, other in zip(answer(model, history, edges_um), answer(model, history[order], edges_um), strict=True):
+    for one, other in zip(expected, answer(model, history[order], edges_um), strict=True):
         np.testing.assert_allclose(other, one[order], atol=1e-5)
 
 
-def test_shift_of_all_particles_shifts_the_answer(model):
-    """By different lengths in the box of each frame: the origin of the box has no meaning."""
-    history, edges_um = slurry()
-    shifted = history.copy()
-    scaled = np.array([0.31, -0.77, 2.2])
-    shifted[..., 2:5] += scaled * edges_um
-    position_um, spread_um = answer(model, history, edges_um)
-    moved_um, moved_spread_um = answer(model, shifted, edges_um)
-    np.testing.assert_allclose(moved_um, position_um + scaled * EDGES_UM, atol=1e-5)
+@pytest.mark.parametrize(
+    ("shifted", "shift"), [(slice(None), (0.31, -0.77, 2.2)), (5, (1, -2, 0))], ids=["all", "one image"]
+)
+def test_shift_of_particles_shifts_their_answer(model, asked, shifted, shift):
+    """By edges of the box of each frame: of all, as its origin has no meaning, or of one to any of its images."""
+    history, edges_um, position_um, spread_um = asked
+    other, expected_um = history.copy(), position_um.copy()
+    other[shifted, :, 2:5] += edges_um * shift
+    expected_um[shifted] += EDGES_UM * shift
+    moved_um, moved_spread_um = answer(model, other, edges_um)
+    np.testing.assert_allclose(moved_um, expected_um, atol=1e-5)
     np.testing.assert_allclose(moved_spread_um, spread_um, atol=1e-5)
-
-
-def test_particle_may_be_given_by_any_of_its_images(model):
-    history, edges_um = slurry()
-    other = history.copy()
-    other[5, :, 2:5] += edges_um * np.array([1, -2, 0])
-    position_um, moved_um = answer(model, history, edges_um)[0], answer(model, other, edges_um)[0]
-    expected = position_um.copy()
-    expected[5] += EDGES_UM * np.array([1, -2, 0])
-    np.testing.assert_allclose(moved_um, expected, atol=1e-5)
 
 
 @pytest.mark.parametrize(
     ("axes", "signs"),
     [((0, 1, 2), (-1, -1, -1)), ((1, 2, 0), (1, 1, 1)), ((0, 2, 1), (1, -1, 1)), ((2, 1, 0), (1, 1, 1))],
 )
-def test_turned_and_mirrored_slurry_gets_the_answer_turned_and_mirrored(model, axes, signs):
-    history, edges_um = slurry()
+def test_turned_and_mirrored_slurry_gets_the_answer_turned_and_mirrored(model, asked, axes, signs):
+    history, edges_um, position_um, spread_um = asked
     turned = history.copy()
     turned[..., 2:5] = history[..., 2:5][..., axes] * signs
-    position_um, spread_um = answer(model, history, edges_um)
     other_um, other_spread_um = answer(model, turned, edges_um[:, axes], EDGES_UM[list(axes)])
     np.testing.assert_allclose(other_um, position_um[:, axes] * signs, atol=1e-5)
     np.testing.assert_allclose(other_spread_um, spread_um[:, axes], atol=1e-5)
 
 
-def test_slurry_repeated_in_space_gets_the_same_answer_in_each_copy(model):
+def test_slurry_repeated_in_space_gets_the_same_answer_in_each_copy(model, asked):
     """A box twice as long with everything twice in it is the same slurry: size does not matter."""
-    history, edges_um = slurry()
+    history, edges_um, position_um, spread_um = asked
     copies = np.concatenate([history, history])
     half = np.array([0, 0, 0.5])
     copies[: len(history), :, 2:5] -= half * edges_um
     copies[len(history) :, :, 2:5] += half * edges_um
     long = np.array([1, 1, 2])
-    position_um, spread_um = answer(model, history, edges_um)
     both_um, both_spread_um = answer(model, copies, edges_um * long, EDGES_UM * long)
     # the volume ratio, and with it all else, is the same
     for part, shift in ((slice(None, len(history)), -half), (slice(len(history), None), half)):
@@ -144,10 +140,9 @@ def test_gap_is_that_in_the_box_of_the_time(share, scale):
     assert np.abs(touching - answer(0.75 / scale, 0.4, left)).max() > 1e-3
 
 
-def test_compiled_prediction_is_the_same(model, monkeypatch):
-    operation_by_operation = answer(model, *slurry())
+def test_compiled_prediction_is_the_same(model, asked, monkeypatch):
     monkeypatch.setattr(neighbours, "COMPILED_FROM", 0)
-    for one, other in zip(answer(model, *slurry()), operation_by_operation, strict=True):
+    for one, other in zip(answer(model, *slurry()), asked[2:], strict=True):
         np.testing.assert_allclose(one, other, atol=1e-5)
 
 

@@ -14,23 +14,29 @@ from slurrycast.surrogates.neighbours import Neighbours
 from slurrycast.surrogates.neighbours.network import build
 
 
-@pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
-def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, monkeypatch, log_variance, spread_um):
-    def answers(_, seen):
-        moved_um = np.zeros((len(seen.radius_um), 2, 3))
-        return moved_um, np.full((len(moved_um), 2, 1), log_variance)
+@pytest.fixture
+def members_answer(monkeypatch):
+    """Let each member answer the same for all particles."""
 
-    monkeypatch.setattr(neighbours, "answers", answers)
+    def put(moved_um: tuple[float, ...], log_variance: float) -> None:
+        def answers(_, seen):
+            n = len(seen.radius_um)
+            return np.broadcast_to(np.array(moved_um, float), (n, 2, 3)), np.full((n, 2, 1), log_variance)
+
+        monkeypatch.setattr(neighbours, "answers", answers)
+
+    return put
+
+
+@pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
+def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, members_answer, log_variance, spread_um):
+    members_answer((0, 0, 0), log_variance)
     np.testing.assert_allclose(answer(model, *slurry())[1], spread_um)
 
 
 @pytest.mark.parametrize(("moved_um", "found_um"), [((0, 0.3, 0.4), (0, 0.3, 0.4)), ((0, 24, -32), (0, 1.2, -1.6))])
-def test_no_member_moves_a_particle_farther_than_any_went(model, monkeypatch, moved_um, found_um):
-    def answers(_, seen):
-        every = np.broadcast_to(np.array(moved_um, float), (len(seen.radius_um), 2, 3))
-        return every, np.full((len(every), 2, 1), -4.0)
-
-    monkeypatch.setattr(neighbours, "answers", answers)
+def test_no_member_moves_a_particle_farther_than_any_went(model, members_answer, moved_um, found_um):
+    members_answer(moved_um, -4.0)
     history, edges_um = slurry()
     affine_um = history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
     np.testing.assert_allclose(answer(model, history, edges_um)[0] - affine_um, [found_um] * 60, atol=1e-12)
@@ -67,24 +73,32 @@ def test_model_is_found_by_the_registered_names_of_its_layers(model, tmp_path):
         np.testing.assert_array_equal(values, others)
 
 
-@pytest.mark.parametrize(("frames", "fits"), [([8, 9, 10], True), ([7, 8, 9, 10], False)])
-def test_trained_network_is_adopted_if_its_input_frames_fit(command, model, tmp_path, frames, fits):
-    options = {"trained": model, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
-    options |= {"cost": tmp_path / "cost.json", "input_frames": frames}
-    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
-    assert (done.returncode == 0) == fits, done.stderr
-    if fits:
-        assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
-    else:
-        assert "neighbours needs 3 x 3" in done.stderr
+@pytest.fixture
+def adopt(command, tmp_path):
+    """Adopt a trained network for some input frames."""
+
+    def run(trained, frames):
+        options = {"trained": trained, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+        words = command("adopt_model", surrogate="neighbours", **options, cost=tmp_path / "c.json", input_frames=frames)
+        return subprocess.run(words, capture_output=True, text=True)
+
+    return run
 
 
-def test_model_of_another_kind_is_not_adopted(command, tmp_path):
-    """Its inputs would fit: that of an earlier version is such a file."""
-    build(11, 2, [1.0], 8, 4, 1.6, "net").save(tmp_path / "model.keras")
-    options = {"trained": tmp_path / "model.keras", "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
-    options |= {"cost": tmp_path / "cost.json", "input_frames": [8, 9, 10]}
-    done = subprocess.run(command("adopt_model", surrogate="neighbours", **options), capture_output=True, text=True)
-    assert done.returncode == 1
-    assert f"{tmp_path / 'model.keras'} is no model of neighbours, or one of an earlier version" in done.stderr
-    assert not (tmp_path / "out.keras").exists()
+def test_trained_network_is_adopted(adopt, model, tmp_path):
+    done = adopt(model, [8, 9, 10])
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
+
+
+def test_network_of_other_input_frames_or_another_kind_is_not_adopted(adopt, model, tmp_path):
+    """The inputs of one of another kind would fit: that of an earlier version is such a file."""
+    other = tmp_path / "model.keras"
+    build(11, 2, [1.0], 8, 4, 1.6, "net").save(other)
+    for trained, frames, says in (
+        (model, [7, 8, 9, 10], "neighbours needs 3 x 3"),
+        (other, [8, 9, 10], f"{other} is no model of neighbours, or one of an earlier version"),
+    ):
+        done = adopt(trained, frames)
+        assert done.returncode == 1 and says in done.stderr
+        assert not (tmp_path / "out.keras").exists()

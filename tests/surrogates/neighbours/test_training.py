@@ -22,10 +22,10 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
 
 
 def test_training_learns(tmp_path):
-    settings = {**SETTINGS, "members": 1, "epochs": 60}
+    settings = {**SETTINGS, "members": 1, "epochs": 30}
     train(settings, tmp_path)
     loss = np.loadtxt(tmp_path / "history.csv", delimiter=",", skiprows=1)[:, 1]
-    assert len(loss) == 60
+    assert len(loss) == 30
     assert loss[-1] < 0.5 * loss[0]
 
 
@@ -119,15 +119,11 @@ def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
     assert len(matrices) == 4 + 2 * 10  # these, and ten in each layer
 
 
-def test_without_validation_slurries_their_columns_are_empty(tmp_path):
-    train({**SETTINGS, "members": 1, "epochs": 1}, tmp_path, validation=())
-    header, row = (tmp_path / "history.csv").read_text().splitlines()
-    assert header == "epoch,loss,mae,val_loss,val_mae"
-    assert row.endswith(",,") and row.count(",") == 4
-
-
 def test_validation_slurries_change_nothing_but_their_losses(tmp_path):
     for name, validation in (("with", ("V1",)), ("without", ())):
         train({**SETTINGS, "members": 1}, tmp_path / name, validation)
     one, other = (answer(tmp_path / name / "model.keras", *slurry())[0] for name in ("with", "without"))
     np.testing.assert_array_equal(one, other)
+    header, *rows = (tmp_path / "without" / "history.csv").read_text().splitlines()
+    assert header == "epoch,loss,mae,val_loss,val_mae"
+    assert all(row.endswith(",,") and row.count(",") == 4 for row in rows)
