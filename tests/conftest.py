@@ -75,29 +75,32 @@ def command() -> Callable[..., list[str]]:
 
 
 @pytest.fixture(scope="session")
+def generate(command) -> Callable[..., None]:
+    """Write the inputs of a slurry with some physics into a folder."""
+
+    def run(folder: Path, physics: dict, slurry: str = "A") -> None:
+        files = {name: folder / file for name, file in INPUT_FILES.items()} | {"cost": folder / "cost.json"}
+        subprocess.run(command("generate_inputs", slurry=slurry, physics=json.dumps(physics), **files), check=True)
+
+    return run
+
+
+@pytest.fixture(scope="session")
 def dem_command(command) -> Callable[..., list[str]]:
     """Command line of run_slurry.py with the inputs of one folder and outputs, and the work folder, in another."""
 
     def build(inputs: Path, outputs: Path, last_frame: int) -> list[str]:
-        return command(
-            "run_slurry",
-            **{name: inputs / file for name, file in INPUT_FILES.items()},
-            last_frame=last_frame,
-            work=outputs / "work",
-            dump=outputs / "dump.lammpstrj",
-            restarts=outputs,
-            log=outputs / "lammps.log",
-            thermo=outputs / "thermo.csv",
-            run=outputs / "run.json",
-            cost=outputs / "run_cost.json",
-            attempts=outputs / "attempts",
-        )
+        files = {name: inputs / file for name, file in INPUT_FILES.items()}
+        files |= {"dump": outputs / "dump.lammpstrj", "log": outputs / "lammps.log", "thermo": outputs / "thermo.csv"}
+        files |= {"run": outputs / "run.json", "cost": outputs / "run_cost.json", "restarts": outputs}
+        folders = {"work": outputs / "work", "attempts": outputs / "attempts"}
+        return command("run_slurry", **files, **folders, last_frame=last_frame)
 
     return build
 
 
 @pytest.fixture(scope="session")
-def slurry(tmp_path_factory, command, dem_command) -> Path:
+def slurry(tmp_path_factory, command, generate, dem_command) -> Path:
     """Folder of a slurry of some 80 particles that went through the DEM: 121 frames, one every 50 steps."""
     folder = tmp_path_factory.mktemp("a slurry")
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
@@ -108,20 +111,11 @@ def slurry(tmp_path_factory, command, dem_command) -> Path:
         "dem": config["dem"] | dem | {"pressure_damping_us": 1000.0},
         "slurry": {"mass_units": 1.0, "thickness_ratio": 1.2, "seed": 7},
     }
-    inputs = {name: folder / file for name, file in INPUT_FILES.items()}
-    extracted = {"inputs": inputs["inputs"], "run": folder / "run.json", "frames": folder / "frames.h5"}
-    for words in (
-        command("generate_inputs", slurry="A", physics=json.dumps(physics), **inputs, cost=folder / "cost.json"),
-        dem_command(folder, folder, 120),
-        command(
-            "extract_frames",
-            dump=folder / "dump.lammpstrj",
-            **extracted,
-            cost=folder / "cost.json",
-            work=folder / "work",
-        ),
-    ):
-        subprocess.run(words, check=True)
+    generate(folder, physics)
+    subprocess.run(dem_command(folder, folder, 120), check=True)
+    files = {"inputs": "inputs.json", "run": "run.json", "frames": "frames.h5", "cost": "cost.json", "work": "work"}
+    paths = {name: folder / file for name, file in files.items()}
+    subprocess.run(command("extract_frames", dump=folder / "dump.lammpstrj", **paths), check=True)
     return folder
 
 

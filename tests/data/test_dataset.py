@@ -40,7 +40,6 @@ def test_round_trip_keeps_every_bit(tmp_path, data):
     [
         ({"features": np.zeros((10, 3, 6))}, r"features has shape \(10, 3, 6\), expected \(10, 4, 6\)"),
         ({"targets": np.zeros((9, 3))}, r"targets has shape \(9, 3\), expected \(10, 3\)"),
-        ({"particle_id": np.zeros(11, int)}, r"particle_id has shape \(11,\), expected \(10,\)"),
         ({"targets": np.where(np.arange(30).reshape(10, 3) == 13, np.nan, 1.0)}, "1 values are not, .* sample 4"),
         ({"features": np.full((10, 4, 6), np.inf)}, "features must be finite, 240 values"),
         ({"slurry_index": np.full(10, 2)}, "slurry_index must be 0 to 1"),

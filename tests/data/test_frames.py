@@ -189,23 +189,16 @@ def test_slurry_agrees_with_its_dump(slurry):
             np.testing.assert_allclose(store.scaled_position(number), frame.values[:, 6:9], rtol=0, atol=1e-9)
             np.testing.assert_array_equal(store.coordination(number), frame.values[:, 9])
             np.testing.assert_array_equal(store.box(number), (frame.lower_um, frame.edges_um))
+            # the position is the scaled one in the box of its frame, which is centred at the origin at all times
+            np.testing.assert_allclose(frame.lower_um, -frame.edges_um / 2, atol=1e-9)
+            position_um = frame.lower_um + store.scaled_position(number) * frame.edges_um
+            np.testing.assert_allclose(store.position_um(number), position_um, rtol=0, atol=1e-9)
             assert store.steps[number] == frame.step == 50 * number
             assert store.times_us[number] == pytest.approx(frame.step * 2e-3)
             numbers.append(number)
         assert store.frame_numbers.tolist() == numbers == list(range(121))
+        assert (store.box(0)[1] - store.box(120)[1] > 0.5).all()  # a box that stays the same would say little
         assert {"slurry", "physics", "seeds", "lammps_version"} <= set(store.attributes)
-
-
-def test_position_is_the_scaled_one_in_the_box_of_its_frame(slurry):
-    with read_frames(slurry / "frames.h5") as store:
-        edges_um = np.array([store.box(k)[1] for k in store.frame_numbers])
-        assert (edges_um[0] - edges_um[-1] > 0.5).all()  # with a box that stays the same the check would say nothing
-        for k in store.frame_numbers:
-            lower_um, edges_um = store.box(k)
-            np.testing.assert_allclose(lower_um, -edges_um / 2, atol=1e-9)  # centred at the origin at all times
-            np.testing.assert_allclose(
-                store.position_um(k), lower_um + store.scaled_position(k) * edges_um, rtol=0, atol=1e-9
-            )
 
 
 def test_mdanalysis_h5md_reader_agrees(slurry):
@@ -236,19 +229,6 @@ def test_mdanalysis_dump_reader_moves_the_origin_to_the_box_corner(slurry):
         assert np.abs(moved_um - universe.atoms.positions).min() > 0.2
 
 
-def edited_dump(folder, slurry, edit) -> dict:
-    """Arguments of extract_frames.py for the slurry with its dump edited as a list of frames."""
-    frames = ["ITEM: TIMESTEP" + text for text in (slurry / "dump.lammpstrj").read_text().split("ITEM: TIMESTEP")[1:]]
-    (folder / "dump").write_text("".join(edit(frames)))
-    return {
-        "dump": folder / "dump",
-        "inputs": slurry / "inputs.json",
-        "run": slurry / "run.json",
-        "frames": folder / "frames.h5",
-        "cost": folder / "cost.json",
-    }
-
-
 @pytest.mark.parametrize(
     ("edit", "says"),
     [
@@ -264,7 +244,10 @@ def edited_dump(folder, slurry, edit) -> dict:
     ids=["cut", "missing", "start missing", "twice", "truncated", "empty", "other type", "other radius"],
 )
 def test_extract_frames_refuses_a_dump_that_is_not_the_whole_run(tmp_path, slurry, command, edit, says):
-    words = command("extract_frames", **edited_dump(tmp_path, slurry, edit))
+    frames = ["ITEM: TIMESTEP" + text for text in (slurry / "dump.lammpstrj").read_text().split("ITEM: TIMESTEP")[1:]]
+    (tmp_path / "dump").write_text("".join(edit(frames)))
+    paths = {"dump": tmp_path / "dump", "inputs": slurry / "inputs.json", "run": slurry / "run.json"}
+    words = command("extract_frames", **paths, frames=tmp_path / "frames.h5", cost=tmp_path / "cost.json")
     result = subprocess.run(words, capture_output=True, text=True)
     assert result.returncode == 1
     assert result.stderr.startswith(f"error: {tmp_path / 'dump'}: ")

@@ -4,12 +4,11 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-import yaml
 
-from configurations import ROOT
+from configurations import ROOT, load
 from slurrycast.dem import forcefield, recipe
 
-CONFIG = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+CONFIG = load("config")
 LENNARD_JONES = CONFIG["force_field"]["lennard_jones"]
 STIFFNESS_KPA = CONFIG["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
 TYPES = recipe.particle_types(CONFIG["formulation"]["phases"])

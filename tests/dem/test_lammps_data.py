@@ -1,13 +1,13 @@
 """LAMMPS data files: against a golden file of a small recipe, and read back by a parser of another project."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import MDAnalysis
 import numpy as np
 import pytest
 
+from data_files import atoms, bounds_um
 from formulations import phase
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.recipe import ParticleType
@@ -29,45 +29,31 @@ PHYSICS = {
 }
 
 
-def number(word: str) -> float | str:
-    try:
-        return float(word)
-    except ValueError:
-        return word
-
-
-def generate(command, folder: Path, physics: dict) -> Path:
-    """Folder with what generate_inputs.py writes for the slurry."""
-    files = {name: folder / name for name in ("data", "coefficients", "push_off", "inputs", "cost")}
-    subprocess.run(command("generate_inputs", slurry="G", physics=json.dumps(physics), **files), check=True)
-    return folder
-
-
 @pytest.fixture(scope="module")
-def generated(tmp_path_factory, command) -> Path:
-    return generate(command, tmp_path_factory.mktemp("generated"), PHYSICS)
+def generated(tmp_path_factory, generate) -> Path:
+    """Folder with what generate_inputs.py writes for the slurry."""
+    folder = tmp_path_factory.mktemp("generated")
+    generate(folder, PHYSICS, "G")
+    return folder
 
 
 def test_generated_data_match_the_golden_file(generated):
     """Words must be equal, numbers to a few units in the last place: cube roots differ between processors."""
-    lines, golden = (path.read_text().split("\n") for path in (generated / "data", GOLDEN))
-    assert len(lines) == len(golden)
+    lines, golden = (path.read_text().split("\n") for path in (generated / "initial.data", GOLDEN))
     for line, expected in zip(lines, golden, strict=True):
-        found, wanted = ([number(word) for word in text.split()] for text in (line, expected))
-        assert [x for x in found if isinstance(x, str)] == [x for x in wanted if isinstance(x, str)]
-        found, wanted = ([x for x in words if isinstance(x, float)] for words in (found, wanted))
-        assert found == pytest.approx(wanted, rel=1e-13)
+        for word, wanted in zip(line.split(), expected.split(), strict=True):
+            assert word == wanted or float(word) == pytest.approx(float(wanted), rel=1e-13)
 
 
-def test_same_seed_gives_the_same_files_and_another_seed_other_positions(generated, tmp_path, command):
+def test_same_seed_gives_the_same_files_and_another_seed_other_positions(generated, tmp_path, generate):
     for seed, same in ((42, True), (43, False)):
-        other = generate(command, tmp_path, PHYSICS | {"slurry": PHYSICS["slurry"] | {"seed": seed}})
-        assert ((other / "data").read_bytes() == (generated / "data").read_bytes()) is same
-        assert (other / "coefficients").read_bytes() == (generated / "coefficients").read_bytes()
+        generate(tmp_path, PHYSICS | {"slurry": PHYSICS["slurry"] | {"seed": seed}}, "G")
+        assert ((tmp_path / "initial.data").read_bytes() == (generated / "initial.data").read_bytes()) is same
+        assert (tmp_path / "coefficients.lmp").read_bytes() == (generated / "coefficients.lmp").read_bytes()
 
 
 def test_inputs_say_what_was_reached(generated):
-    inputs = json.loads((generated / "inputs").read_text())
+    inputs = json.loads((generated / "inputs.json").read_text())
     assert inputs["physics"] == PHYSICS
     assert [t["type"] for t in inputs["types"]] == [1, 2, 3]
     assert sum(t["particles"] for t in inputs["types"]) == inputs["particles"]
@@ -81,9 +67,8 @@ def test_inputs_say_what_was_reached(generated):
 
 
 def test_box_is_centred_and_holds_the_packing_asked_for(generated):
-    inputs = json.loads((generated / "inputs").read_text())
-    lines = (generated / "data").read_text().splitlines()
-    bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
+    inputs = json.loads((generated / "inputs.json").read_text())
+    bounds = bounds_um(generated / "initial.data")
     edges_um = bounds[:, 1] - bounds[:, 0]
     assert bounds.sum(axis=1) == pytest.approx(0, abs=1e-12)
     assert edges_um / edges_um[0] == pytest.approx([1, 1, 1.5])
@@ -103,15 +88,13 @@ def written(tmp_path) -> tuple[Path, np.ndarray, np.ndarray, np.ndarray, np.ndar
 
 def test_numbers_read_back_the_same(written):
     path, kinds, position_um, lower_um, edges_um = written
-    lines = path.read_text().splitlines()
-    bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
-    np.testing.assert_array_equal(bounds, np.column_stack([lower_um, lower_um + edges_um]))
-    atoms = np.array([line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]], dtype=float)
-    np.testing.assert_array_equal(atoms[:, 0], np.arange(1, 51))
-    np.testing.assert_array_equal(atoms[:, 1], kinds)
-    np.testing.assert_array_equal(atoms[:, 2], [TYPES[kind - 1].diameter_um for kind in kinds])
-    np.testing.assert_array_equal(atoms[:, 3], [TYPES[kind - 1].density_g_cm3 for kind in kinds])
-    np.testing.assert_array_equal(atoms[:, 4:], position_um)
+    np.testing.assert_array_equal(bounds_um(path), np.column_stack([lower_um, lower_um + edges_um]))
+    rows = atoms(path)
+    np.testing.assert_array_equal(rows[:, 0], np.arange(1, 51))
+    np.testing.assert_array_equal(rows[:, 1], kinds)
+    np.testing.assert_array_equal(rows[:, 2], [TYPES[kind - 1].diameter_um for kind in kinds])
+    np.testing.assert_array_equal(rows[:, 3], [TYPES[kind - 1].density_g_cm3 for kind in kinds])
+    np.testing.assert_array_equal(rows[:, 4:], position_um)
 
 
 def test_mdanalysis_reads_the_same(written):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from data_files import atoms, bounds_um
 from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_dump import read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, refuse_lost_history, run_lammps
@@ -168,11 +169,7 @@ def test_start_writes_step_0_and_its_frame_is_the_first(folder, variables):
     segment(folder, variables, 0, 50)
     first, second = read_dump(folder / "frames_50.dump")
     assert (first.step, second.step) == (0, 50)
-    pushed_off = (folder / "pushed_off.data").read_text().splitlines()
-    start = pushed_off.index("Atoms # sphere") + 2
-    rows = np.array([line.split() for line in pushed_off[start : start + len(first.values)]], dtype=float)
-    rows = rows[np.argsort(rows[:, 0])]
-    bounds = np.array([line.split()[:2] for line in pushed_off if line.endswith("hi")], dtype=float)
+    rows, bounds = (read(folder / "pushed_off.data") for read in (atoms, bounds_um))
     unwrapped_um = rows[:, 4:7] + rows[:, 7:10] * (bounds[:, 1] - bounds[:, 0])
     np.testing.assert_allclose(first.values[:, 3:6], unwrapped_um, atol=1e-12)
 

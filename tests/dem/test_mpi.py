@@ -13,7 +13,6 @@ from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_run import Launcher, run_lammps
 
 RANKS = {1: Launcher("lmp", "mpiexec", 1), 2: Launcher("lmp", "mpiexec", 2)}
-INPUTS = ("initial.data", "coefficients.lmp", "push_off.lmp", "inputs.json")
 SEEDS = range(11, 17)
 
 
@@ -38,7 +37,7 @@ def test_energies_at_step_0_do_not_depend_on_the_ranks(slurry, variables, tmp_pa
     for ranks, launcher in RANKS.items():
         folder = tmp_path / str(ranks)
         folder.mkdir()
-        for name in INPUTS:
+        for name in ("initial.data", "coefficients.lmp", "push_off.lmp"):
             shutil.copyfile(slurry / name, folder / name)
         found[ranks] = energies_fj(folder, launcher, variables, monkeypatch)
     assert found[1]["Step"] == 0
@@ -48,19 +47,15 @@ def test_energies_at_step_0_do_not_depend_on_the_ranks(slurry, variables, tmp_pa
 
 
 @pytest.fixture(scope="module")
-def ends(slurry, tmp_path_factory, command, dem_command) -> dict[str, pd.Series]:
+def ends(slurry, tmp_path_factory, generate, dem_command) -> dict[str, pd.Series]:
     """Last row of the thermo table of the slurry, on two ranks, and with each of the seeds on one."""
     physics = json.loads((slurry / "inputs.json").read_text())["physics"]
     folders = {"one": slurry, "two": tmp_path_factory.mktemp("two ranks")}
     subprocess.run([*dem_command(slurry, folders["two"], 120), "--ranks", "2"], check=True)
     for seed in SEEDS:
         folder = folders[str(seed)] = tmp_path_factory.mktemp(f"seed {seed}")
-        own = json.dumps(physics | {"slurry": physics["slurry"] | {"seed": seed}})
-        names = ("data", "coefficients", "push_off", "inputs")
-        files = {name: folder / file for name, file in zip(names, INPUTS, strict=True)}
-        generated = command("generate_inputs", slurry="A", physics=own, **files, cost=folder / "cost.json")
-        for words in (generated, dem_command(folder, folder, 120)):
-            subprocess.run(words, check=True)
+        generate(folder, physics | {"slurry": physics["slurry"] | {"seed": seed}})
+        subprocess.run(dem_command(folder, folder, 120), check=True)
     assert json.loads((folders["two"] / "run.json").read_text())["ranks"] == 2
     return {name: pd.read_csv(folder / "thermo.csv").iloc[-1] for name, folder in folders.items()}
 

@@ -2,20 +2,17 @@
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from configurations import ROOT, read_slurries
+from configurations import ROOT, load, read_slurries
 from formulations import phase
 from slurrycast.dem import recipe
-
-CONFIG = ROOT / "config"
 
 
 @pytest.fixture(scope="module")
 def phases() -> dict:
-    return yaml.safe_load((CONFIG / "config.yaml").read_text())["formulation"]["phases"]
+    return load("config")["formulation"]["phases"]
 
 
 @pytest.fixture(scope="module")
@@ -24,16 +21,12 @@ def types(phases) -> list[recipe.ParticleType]:
 
 
 def unit_mass_pg(scale: str) -> float:
-    return yaml.safe_load((CONFIG / f"{scale}.yaml").read_text())["formulation"]["unit_mass_pg"]
+    return load(scale)["formulation"]["unit_mass_pg"]
 
 
-def phases_of(fractions, densities=None) -> dict:
-    """Phases A, B, ... of one size class of 1 um each."""
-    densities = densities or [1.0] * len(fractions)
-    return {
-        chr(65 + i): phase(fraction, density, {1.0: 1.0})
-        for i, (fraction, density) in enumerate(zip(fractions, densities, strict=True))
-    }
+def phases_of(fractions: list[float]) -> dict:
+    """Phases A, B, ... of one size class of 1 um and 1 g/cm3 each."""
+    return {chr(65 + i): phase(fraction, 1.0, {1.0: 1.0}) for i, fraction in enumerate(fractions)}
 
 
 def test_types_follow_the_configuration(types):
@@ -54,7 +47,7 @@ def test_particle_mass_is_density_times_volume_of_a_sphere(types):
 
 
 def test_counts_of_equal_spheres_are_mass_over_particle_mass():
-    types = recipe.particle_types(phases_of([0.25, 0.75], [2.0, 6.0]))
+    types = recipe.particle_types({"A": phase(0.25, 2.0, {1.0: 1.0}), "B": phase(0.75, 6.0, {1.0: 1.0})})
     particle_pg = np.pi / 6 * 2.0
     # 0.25 x 800 particles' masses of phase A; B is three times heavier and three times the mass
     assert recipe.particle_counts(types, 800 * particle_pg).tolist() == [200, 200]
@@ -102,7 +95,7 @@ def test_mass_fractions_within_half_a_percent_at_full_scale(types, phases, mass_
 
 
 def test_full_scale_has_the_published_number_of_training_particles(types):
-    masses = [s.mass_units for s in read_slurries(CONFIG / "slurries.tsv") if s.role == "train"]
+    masses = [s.mass_units for s in read_slurries(ROOT / "config" / "slurries.tsv") if s.role == "train"]
     total = sum(recipe.particle_counts(types, mass * unit_mass_pg("full")).sum() for mass in masses)
     assert total == pytest.approx(131_936, rel=0.01)  # Le-Dinh et al. 2026
 

@@ -18,18 +18,12 @@ def perturbed(slurry, command):
     """Command line of a perturbed run that starts at frame 10, with its files in a folder."""
 
     def build(folder, target_frame, displacement_um, restart_frame=10):
-        return command(
-            "run_perturbed",
-            restart=slurry / f"frame_{restart_frame}.restart",
-            inputs=slurry / "inputs.json",
-            coefficients=slurry / "coefficients.lmp",
-            frames=slurry / "frames.h5",
-            first_frame=10,
-            target_frame=target_frame,
-            displacement_um=displacement_um,
-            work=folder / "work folder",
-            perturbed=folder / "perturbed.h5",
-        )
+        names = {"inputs": "inputs.json", "coefficients": "coefficients.lmp", "frames": "frames.h5"}
+        paths = {option: slurry / name for option, name in names.items()}
+        paths |= {"restart": slurry / f"frame_{restart_frame}.restart", "perturbed": folder / "perturbed.h5"}
+        frames = {"first_frame": 10, "target_frame": target_frame}
+        work = folder / "work folder"
+        return command("run_perturbed", **paths, **frames, displacement_um=displacement_um, work=work)
 
     return build
 

@@ -16,6 +16,7 @@ import psutil
 import pytest
 
 from damage import flip, truncate
+from data_files import atoms
 from run_slurry import THERMO_COLUMNS, boundaries
 from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import minimum_image
@@ -29,12 +30,6 @@ def overlaps(position_um: np.ndarray, radius_um: np.ndarray, edges_um: np.ndarra
     first, second = np.triu_indices(len(radius_um), 1)
     distance_um = np.linalg.norm(minimum_image(position_um[first] - position_um[second], edges_um), axis=1)
     return 1 - distance_um / (radius_um[first] + radius_um[second])
-
-
-def initial_positions_um(folder: Path) -> np.ndarray:
-    lines = (folder / "initial.data").read_text().splitlines()
-    rows = [line.split() for line in lines[lines.index("Atoms # sphere") + 2 :]]
-    return np.array(rows, dtype=float)[:, 4:]
 
 
 def assert_same_results(folder: Path, expected: Path) -> None:
@@ -73,16 +68,13 @@ def test_outputs_are_complete_and_extract_frames_removed_the_work_folder(slurry)
     assert run["lammps_version"] != "unknown"
 
 
-def test_thermo_table_has_every_row_once(slurry):
+def test_thermo_table_has_every_row_once_and_agrees_with_the_frames(slurry):
+    """Density, box and contacts, worked out anew from the particles of each frame."""
     thermo = pd.read_csv(slurry / "thermo.csv")
     assert list(thermo.columns) == list(THERMO_COLUMNS.values())
     assert thermo["step"].tolist() == list(range(0, 6001, 50))
     np.testing.assert_allclose(thermo["time_us"], thermo["step"] * 2e-3, rtol=1e-9)
-
-
-def test_thermo_table_agrees_with_the_frames(slurry):
-    """Density, box and contacts, worked out anew from the particles of each frame."""
-    thermo = pd.read_csv(slurry / "thermo.csv").set_index("step")
+    thermo = thermo.set_index("step")
     with read_frames(slurry / "frames.h5") as store:
         for k in store.frame_numbers:
             row = thermo.loc[store.steps[k]]
@@ -116,7 +108,7 @@ def test_slurry_is_packed_and_at_the_pressure_asked_for(slurry):
 def test_push_off_removes_the_overlaps_of_the_random_start(slurry):
     with read_frames(slurry / "frames.h5") as store:
         radius_um, edges_um = store.particles.radius_um, store.box(0)[1]
-        assert overlaps(initial_positions_um(slurry), radius_um, edges_um).max() > 0.3
+        assert overlaps(atoms(slurry / "initial.data")[:, 4:7], radius_um, edges_um).max() > 0.3
         assert overlaps(store.position_um(0), radius_um, edges_um).max() < 0.01
 
 

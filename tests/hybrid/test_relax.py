@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from data_files import atoms, bounds_um
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.periodic import wrap
 from structures import frame
@@ -45,21 +46,12 @@ def relaxed(slurry, tmp_path_factory, command, relax_command):
     return folder
 
 
-def atoms(path) -> np.ndarray:
-    """Rows id, type, diameter, density, x, y, z, sorted by id, of a data file; velocities and image flags left out."""
-    lines = path.read_text().splitlines()
-    start = lines.index("Atoms # sphere") + 2
-    count = next(int(line.split()[0]) for line in lines if line.endswith(" atoms"))
-    rows = np.array([line.split()[:7] for line in lines[start : start + count]], dtype=float)
-    return rows[np.argsort(rows[:, 0])]
-
-
 def test_wrapped_data_are_the_prediction_inside_its_box(relaxed):
     rows = atoms(relaxed / "wrapped.data")
     with read_frames(relaxed / "predicted.h5") as store:
         lower_um, edges_um = store.box(120)
-        assert ((rows[:, 4:] >= lower_um) & (rows[:, 4:] < lower_um + edges_um)).all()
-        np.testing.assert_array_equal(rows[:, 4:], wrap(store.position_um(120), lower_um, edges_um))
+        assert ((rows[:, 4:7] >= lower_um) & (rows[:, 4:7] < lower_um + edges_um)).all()
+        np.testing.assert_array_equal(rows[:, 4:7], wrap(store.position_um(120), lower_um, edges_um))
         np.testing.assert_array_equal(rows[:, 0], store.particles.id)
         np.testing.assert_array_equal(rows[:, 1], store.particles.type)
         np.testing.assert_allclose(rows[:, 2], 2 * store.particles.radius_um)
@@ -100,13 +92,12 @@ def test_relaxed_data_file_holds_the_same_microstructure(relaxed):
     with read_frames(relaxed / "relaxed.h5") as store:
         k = store.last
         lower_um, edges_um = store.box(k)
-        shift_um = rows[:, 4:] - store.position_um(k)
+        shift_um = rows[:, 4:7] - store.position_um(k)
         shift_um -= edges_um * np.rint(shift_um / edges_um)
         np.testing.assert_allclose(shift_um, 0, atol=1e-9)
         np.testing.assert_allclose(rows[:, 2], 2 * store.particles.radius_um)
-        lines = (relaxed / "relaxed.data").read_text().splitlines()
-        bounds = np.array([line.split()[:2] for line in lines if line.endswith("hi")], dtype=float)
-        np.testing.assert_allclose(bounds, np.column_stack([lower_um, lower_um + edges_um]), rtol=1e-12)
+        expected_um = np.column_stack([lower_um, lower_um + edges_um])
+        np.testing.assert_allclose(bounds_um(relaxed / "relaxed.data"), expected_um, rtol=1e-12)
 
 
 def test_cost_and_work_folder(relaxed):

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from types import SimpleNamespace
 
 import pytest
 
@@ -15,13 +16,9 @@ def clock(monkeypatch):
     """Seconds since the process was started; the handlers of the test process come back afterwards."""
     now = [0.0]
 
-    class Process:
-        def create_time(self) -> float:
-            return 0.0
-
     monkeypatch.setattr(stopping.time, "time", lambda: now[0])
     monkeypatch.setattr(stopping.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(stopping.psutil, "Process", Process)
+    monkeypatch.setattr(stopping.psutil, "Process", lambda: SimpleNamespace(create_time=lambda: 0.0))
     handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGALRM)}
     yield now
     signal.alarm(0)

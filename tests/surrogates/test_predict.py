@@ -28,12 +28,6 @@ def last_times(factor: float, n_frames: int, path):
     return path
 
 
-@pytest.fixture(scope="module")
-def shrinking(tmp_path_factory):
-    """A model that does what a slurry does on average."""
-    return last_times(0.8, 4, tmp_path_factory.mktemp("model") / "model.keras")
-
-
 @pytest.fixture
 def start(command, slurry, tmp_path):
     """Start predict_slurry; options are those of a surrogate that needs nothing, at frames 9 and 10."""
@@ -59,26 +53,20 @@ def predict(start, tmp_path):
     return run
 
 
-def test_prediction_and_its_box_follow_from_the_input_frames_alone(predict, shrinking, slurry, tmp_path):
+def test_prediction_and_its_box_follow_from_the_input_frames_alone(predict, slurry, tmp_path):
     """A store that ends at the last input frame gives the same file, to the bit, as one of the whole run."""
-    with read_frames(slurry / "frames.h5") as store:
-        frames = [store.frame(k) for k in range(LAST_INPUT + 1)]
-        write_frames(tmp_path / "cut.h5", store.particles, frames, store.attributes)
-    options = {"model": shrinking, "input_frames": [7, 8, 9, LAST_INPUT]}
+    options = {"model": last_times(0.8, 4, tmp_path / "model.keras"), "input_frames": [7, 8, 9, LAST_INPUT]}
     whole = predict("vgg16", "whole.h5", **options)
-    cut = predict("vgg16", "cut_predicted.h5", **options, frames=tmp_path / "cut.h5")
-    assert whole.read_bytes() == cut.read_bytes()
-
-
-def test_box_and_time_of_the_prediction(predict, shrinking, slurry):
-    path = predict("vgg16", model=shrinking, input_frames=[7, 8, 9, LAST_INPUT])
-    with read_frames(slurry / "frames.h5") as store, read_frames(path) as predicted:
+    with read_frames(slurry / "frames.h5") as store, read_frames(whole) as predicted:
+        write_frames(tmp_path / "cut.h5", store.particles, map(store.frame, range(LAST_INPUT + 1)), store.attributes)
         assert predicted.attributes["box_scale"] == pytest.approx(0.8, rel=1e-6)
         assert predicted.attributes["box_rule"] == "scale_of_prediction"
         np.testing.assert_allclose(predicted.box(120)[1], 0.8 * store.box(LAST_INPUT)[1], rtol=1e-6)
         np.testing.assert_allclose(predicted.position_um(120), 0.8 * store.position_um(LAST_INPUT), atol=1e-5)
         assert (predicted.steps[0], predicted.times_us[0]) == (store.steps[120], store.times_us[120])
         assert predicted.attributes["physics"] == store.attributes["physics"]
+    cut = predict("vgg16", "cut_predicted.h5", **options, frames=tmp_path / "cut.h5")
+    assert whole.read_bytes() == cut.read_bytes()
 
 
 def test_persistence_is_the_last_input_frame_in_its_box(predict, slurry):
@@ -109,24 +97,24 @@ def test_what_a_surrogate_needs_is_asked_for(start, surrogate, option):
 
 
 @pytest.mark.parametrize(
-    ("surrogate", "advice"),
+    ("surrogate", "option", "content", "advice"),
     [
-        ("vgg16", ": train longer (surrogate.vgg16.epochs)"),
-        ("linear", ""),
-        ("affine", ": check surrogate.packing_fraction, or without it the densities of the training slurries"),
+        ("vgg16", "model", None, ": train longer (surrogate.vgg16.epochs)"),
+        ("linear", "model", {"input_frames": [9, 10], "coefficients": [0, 0.1]}, ""),
+        (
+            *("affine", "packing", {"mean": 1.5}),
+            ": check surrogate.packing_fraction, or without it the densities of the training slurries",
+        ),
     ],
 )
-def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(start, tmp_path, surrogate, advice):
+def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(start, tmp_path, surrogate, option, content, advice):
     """All shrink the box at the last frame to 0.1 of its edges or to a packing fraction above 1."""
-    if surrogate == "vgg16":
-        options = {"model": last_times(0.1, 2, tmp_path / "model.keras")}
-    elif surrogate == "linear":
-        options = {"model": tmp_path / "model.json"}
-        options["model"].write_text(json.dumps({"input_frames": [9, 10], "coefficients": [0, 0.1]}))
+    if content is None:
+        path = last_times(0.1, 2, tmp_path / "model.keras")
     else:
-        options = {"packing": tmp_path / "packing.json"}
-        options["packing"].write_text('{"mean": 1.5}')
-    done = start(surrogate, **options)
+        path = tmp_path / "model.json"
+        path.write_text(json.dumps(content))
+    done = start(surrogate, **{option: path})
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].endswith(f"which cannot hold its particles{advice}")
     assert not (tmp_path / "predicted.h5").exists()

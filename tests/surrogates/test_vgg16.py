@@ -1,5 +1,6 @@
 """VGG16: the published layers, and a faster training that is the same mathematics."""
 
+import itertools
 import subprocess
 import sys
 from dataclasses import replace
@@ -174,12 +175,10 @@ def test_training_learns(small, tmp_path):
 
 
 def killed_in_epoch(monkeypatch, epoch):
-    train_epoch = vgg16.Trainer.train_epoch
-    left = [epoch]
+    train_epoch, epochs = vgg16.Trainer.train_epoch, itertools.count(1)
 
     def dies(*args):
-        left[0] -= 1
-        if left[0] == 0:
+        if next(epochs) == epoch:
             raise KeyboardInterrupt
         return train_epoch(*args)
 

@@ -46,13 +46,7 @@ def test_intermediate_targets_are_shares_of_the_way_of_the_volume():
 
 def test_frames_that_are_read_are_those_that_are_needed():
     edges_um = shrinking(*np.linspace(1, 0, 101))
-    settings = {
-        "input_frames": [8, 10],
-        "earlier_frames": 1,
-        "target_frame": 100,
-        "intermediate_targets": [0.5],
-        "layers": 3,
-    }
+    settings = {**SETTINGS, "input_frames": [8, 10], "target_frame": 100, "intermediate_targets": [0.5], "layers": 3}
     assert needed_frames(settings, edges_um) == [7, 8, 9, 10, 54, 55, 100]
     assert needed_frames(settings, edges_um, moved=False) == [8, 10, 54, 55, 100]
     with pytest.raises(InputError, match="frame 101 is not among the frames 0 to 100"):
