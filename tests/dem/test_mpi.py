@@ -60,6 +60,7 @@ def ends(slurry, tmp_path_factory, generate, dem_command) -> dict[str, pd.Series
     return {name: pd.read_csv(folder / "thermo.csv").iloc[-1] for name, folder in folders.items()}
 
 
+@pytest.mark.slow
 def test_density_at_the_end_is_within_the_band_of_the_seeds(ends):
     """Rounding grows until two ranks and one are two runs of the same slurry like any other two.
 

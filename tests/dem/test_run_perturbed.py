@@ -10,7 +10,7 @@ import pytest
 from damage import flip
 from slurrycast.analysis.errors import coordinate_errors
 from slurrycast.data.frames import read_frames
-from test_run_slurry import killed, wait_until
+from test_run_slurry import REPEATED, killed, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_perturbed_run_killed_in_its_second_segment_goes_on_and_ends_with_every_
     assert sorted(path.name for path in attempts.glob("attempt_?.log")) == ["attempt_1.log", "attempt_2.log"]
 
 
-@pytest.mark.parametrize("name", ["step_500.restart", "step_2000.restart"])
+@pytest.mark.parametrize("name", [pytest.param("step_500.restart", marks=REPEATED), "step_2000.restart"])
 def test_damaged_part_of_a_perturbed_run_is_named_and_done_again(perturbed, undisturbed, tmp_path, name):
     work = tmp_path / "work folder"
     killed(perturbed(tmp_path, 120, 1e-6), work / "segment_3000.log", everything=True)
@@ -109,6 +109,8 @@ def test_perturbed_run_of_other_settings_does_not_go_on_from_what_was_left(pertu
     assert f"{work}: left by a run with other inputs; starting anew" in result.stdout
 
 
+@pytest.mark.slow
+@pytest.mark.full  # see test_run_slurry.py
 def test_perturbed_run_stops_between_segments_when_its_budget_is_used_up(perturbed, undisturbed, tmp_path):
     command = perturbed(tmp_path, 120, 1e-6)
     for step in (2000, 3000, 4000):
@@ -120,6 +122,8 @@ def test_perturbed_run_stops_between_segments_when_its_budget_is_used_up(perturb
     assert (tmp_path / "perturbed.h5").read_bytes() == undisturbed
 
 
+@pytest.mark.slow
+@pytest.mark.full  # see test_run_slurry.py
 def test_terminated_perturbed_run_stops_and_goes_on(perturbed, undisturbed, tmp_path):
     command = perturbed(tmp_path, 120, 1e-6)
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)

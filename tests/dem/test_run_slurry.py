@@ -22,6 +22,7 @@ from slurrycast.data.frames import read_frames
 from slurrycast.data.periodic import minimum_image
 from slurrycast.dem.lammps_dump import read_dump
 
+REPEATED = [pytest.mark.slow, pytest.mark.full]  # in tests of work folders
 RESULTS = ["dump.lammpstrj", "thermo.csv", *(f"frame_{k}.restart" for k in (1, 10, 60))]
 
 
@@ -182,12 +183,12 @@ def replace(path: Path) -> None:
     ("damage", "name", "last_good"),
     [
         (truncate, "step_3000.restart", 2000),
-        (flip, "step_3000.restart", 2000),
+        pytest.param(flip, "step_3000.restart", 2000, marks=REPEATED),
         (replace, "step_3000.restart", 2000),
         (Path.unlink, "step_2000.restart", 500),
-        (truncate, "frames_500.dump", 50),
-        (flip, "segment_3000.log", 2000),
-        (truncate, "segment_2000.json", 500),
+        pytest.param(truncate, "frames_500.dump", 50, marks=REPEATED),
+        pytest.param(flip, "segment_3000.log", 2000, marks=REPEATED),
+        pytest.param(truncate, "segment_2000.json", 500, marks=REPEATED),
         (flip, "step_0.restart", 0),
     ],
 )

@@ -104,6 +104,7 @@ def test_name_stands_with_the_checksum_of_an_output(tmp_path, monkeypatch):
     subprocess.run(["sha256sum", "-c", "--strict", kept], cwd=tmp_path, check=True)
 
 
+@pytest.mark.slow
 def test_recorded_anew_for_another_commit_or_package_and_for_nothing_else(tmp_path, monkeypatch):
     project = copy_checkout(tmp_path / "checkout")
     (project / ".gitignore").write_text("results/\n.snakemake/\n__pycache__/\n")

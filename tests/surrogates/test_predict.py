@@ -1,7 +1,6 @@
 """The prediction of one slurry, by the script and a small Keras model."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -29,25 +28,13 @@ def last_times(factor: float, n_frames: int, path):
 
 
 @pytest.fixture
-def start(command, slurry, tmp_path):
-    """Start predict_slurry; options are those of a surrogate that needs nothing, at frames 9 and 10."""
-
-    def run(surrogate, **options):
-        defaults = {"settings": "{}", "frames": slurry / "frames.h5", "input_frames": [9, 10], "target_frame": 120}
-        outputs = {"predicted": tmp_path / "predicted.h5", "cost": tmp_path / "cost.json"}
-        words = command("predict_slurry", surrogate=surrogate, **(defaults | outputs | options))
-        return subprocess.run(words, capture_output=True, text=True)
-
-    return run
-
-
-@pytest.fixture
-def predict(start, tmp_path):
-    """Predict; the path of the prediction."""
+def predict(run_main, slurry, tmp_path):
+    """Predict; the path of the prediction. Options are those of a surrogate that needs nothing, at frames 9 and 10."""
 
     def run(surrogate, predicted="predicted.h5", **options):
-        done = start(surrogate, predicted=tmp_path / predicted, **options)
-        assert done.returncode == 0, done.stderr
+        defaults = {"settings": "{}", "frames": slurry / "frames.h5", "input_frames": [9, 10], "target_frame": 120}
+        outputs = {"predicted": tmp_path / predicted, "cost": tmp_path / "cost.json"}
+        run_main("predict_slurry", surrogate=surrogate, **(defaults | outputs | options))
         return tmp_path / predicted
 
     return run
@@ -90,10 +77,11 @@ def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(pr
 @pytest.mark.parametrize(
     ("surrogate", "option"), [("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--restart, --inputs")]
 )
-def test_what_a_surrogate_needs_is_asked_for(start, surrogate, option):
-    done = start(surrogate)
-    assert done.returncode == 2
-    assert f"{surrogate} needs {option}" in done.stderr
+def test_what_a_surrogate_needs_is_asked_for(predict, capsys, surrogate, option):
+    with pytest.raises(SystemExit) as end:
+        predict(surrogate)
+    assert end.value.code == 2
+    assert f"{surrogate} needs {option}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -107,21 +95,21 @@ def test_what_a_surrogate_needs_is_asked_for(start, surrogate, option):
         ),
     ],
 )
-def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(start, tmp_path, surrogate, option, content, advice):
+def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(predict, tmp_path, surrogate, option, content, advice):
     """All shrink the box at the last frame to 0.1 of its edges or to a packing fraction above 1."""
     if content is None:
         path = last_times(0.1, 2, tmp_path / "model.keras")
     else:
         path = tmp_path / "model.json"
         path.write_text(json.dumps(content))
-    done = start(surrogate, **{option: path})
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].endswith(f"which cannot hold its particles{advice}")
+    with pytest.raises(RunError) as error:
+        predict(surrogate, **{option: path})
+    assert str(error.value).endswith(f"which cannot hold its particles{advice}")
     assert not (tmp_path / "predicted.h5").exists()
 
 
 @pytest.fixture
-def doubtful(run_main, slurry, tmp_path, monkeypatch):
+def doubtful(predict, monkeypatch):
     """Predict by a surrogate that stays where it is and has this spread (n, 3); the path of the prediction."""
 
     def run(spread_um):
@@ -129,10 +117,7 @@ def doubtful(run_main, slurry, tmp_path, monkeypatch):
             return Prediction(inputs.last.position_um, spread_um=spread_um)
 
         monkeypatch.setattr(surrogates.load("persistence"), "predict", answer)
-        paths = {"frames": slurry / "frames.h5", "predicted": tmp_path / "p.h5", "cost": tmp_path / "c.json"}
-        options = {"surrogate": "persistence", "settings": "{}", "input_frames": 10, "target_frame": 120}
-        run_main("predict_slurry", **options, **paths)
-        return tmp_path / "p.h5"
+        return predict("persistence", "p.h5")
 
     return run
 
@@ -156,15 +141,13 @@ def test_a_spread_that_is_none_is_refused(doubtful, slurry, tmp_path, wrong):
     assert not (tmp_path / "p.h5").exists()
 
 
-def test_packing_fraction_of_the_training_slurries(command, slurry, tmp_path):
+def test_packing_fraction_of_the_training_slurries(run_main, slurry, tmp_path):
     options = {"frames": slurry / "frames.h5", "target_frame": 120, "packing": tmp_path / "packing.json"}
-    subprocess.run(command("measure_packing", **options, cost=tmp_path / "c.json"), check=True)
+    run_main("measure_packing", **options, cost=tmp_path / "c.json")
     measured = json.loads((tmp_path / "packing.json").read_text())
     with read_frames(slurry / "frames.h5") as store:
         expected = (4 / 3 * np.pi * store.particles.radius_um**3).sum() / store.volume_um3(120)
         assert measured["mean"] == pytest.approx(expected)
         assert measured["slurries"] == {store.attributes["slurry"]: measured["mean"]}
-    subprocess.run(
-        command("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json"), check=True
-    )
+    run_main("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json")
     assert json.loads((tmp_path / "p.json").read_text()) == {"mean": 0.5, "slurries": {}}

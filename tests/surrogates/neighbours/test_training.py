@@ -13,7 +13,7 @@ from slurrycast.surrogates.neighbours.training import LEARN_BY_ADAM, Learner, fi
 def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
     """Before the first step, so a training that learns nothing does no harm."""
     monkeypatch.setattr(training, "learning_rate_share", lambda share: 0.0)
-    settings = {**SETTINGS, "weight_decay": 0.0, "epochs": 1}
+    settings = {**SETTINGS, "weight_decay": 0.0, "members": 1, "epochs": 1}
     train(settings, tmp_path)
     history, edges_um = slurry()
     position_um, spread_um = answer(tmp_path / "model.keras", history, edges_um)
@@ -29,7 +29,7 @@ def test_training_learns(tmp_path):
     assert loss[-1] < 0.5 * loss[0]
 
 
-@pytest.mark.parametrize("member", [1, 2])
+@pytest.mark.parametrize("member", [pytest.param(1, marks=[pytest.mark.slow, pytest.mark.full]), 2])
 def test_killed_training_ends_like_an_undisturbed_one(model, tmp_path, monkeypatch, capsys, member):
     shares = []
 
@@ -119,11 +119,10 @@ def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
     assert len(matrices) == 4 + 2 * 10  # these, and ten in each layer
 
 
-def test_validation_slurries_change_nothing_but_their_losses(tmp_path):
-    for name, validation in (("with", ("V1",)), ("without", ())):
-        train({**SETTINGS, "members": 1}, tmp_path / name, validation)
-    one, other = (answer(tmp_path / name / "model.keras", *slurry())[0] for name in ("with", "without"))
-    np.testing.assert_array_equal(one, other)
-    header, *rows = (tmp_path / "without" / "history.csv").read_text().splitlines()
+def test_validation_slurries_change_nothing_but_their_losses(model, tmp_path):
+    train(SETTINGS, tmp_path, validation=())
+    for one, other in zip(answer(tmp_path / "model.keras", *slurry()), answer(model, *slurry()), strict=True):
+        np.testing.assert_array_equal(one, other)
+    header, *rows = (tmp_path / "history.csv").read_text().splitlines()
     assert header == "epoch,loss,mae,val_loss,val_mae"
     assert all(row.endswith(",,") and row.count(",") == 4 for row in rows)
