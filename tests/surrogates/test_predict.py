@@ -1,6 +1,7 @@
 """The prediction of one slurry, by the script and a small Keras model."""
 
 import json
+import subprocess
 
 import numpy as np
 import pytest
@@ -141,13 +142,14 @@ def test_a_spread_that_is_none_is_refused(doubtful, slurry, tmp_path, wrong):
     assert not (tmp_path / "p.h5").exists()
 
 
-def test_packing_fraction_of_the_training_slurries(run_main, slurry, tmp_path):
+def test_packing_fraction_of_the_training_slurries(command, slurry, tmp_path):
     options = {"frames": slurry / "frames.h5", "target_frame": 120, "packing": tmp_path / "packing.json"}
-    run_main("measure_packing", **options, cost=tmp_path / "c.json")
+    subprocess.run(command("measure_packing", **options, cost=tmp_path / "c.json"), check=True)
     measured = json.loads((tmp_path / "packing.json").read_text())
     with read_frames(slurry / "frames.h5") as store:
         expected = (4 / 3 * np.pi * store.particles.radius_um**3).sum() / store.volume_um3(120)
         assert measured["mean"] == pytest.approx(expected)
         assert measured["slurries"] == {store.attributes["slurry"]: measured["mean"]}
-    run_main("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json")
+    words = command("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json")
+    subprocess.run(words, check=True)
     assert json.loads((tmp_path / "p.json").read_text()) == {"mean": 0.5, "slurries": {}}
