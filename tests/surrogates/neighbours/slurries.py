@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import tensorflow as tf
 
 import structures
 from slurrycast.data.frames import Frame, Particles
@@ -76,9 +77,14 @@ def trajectory(name: str, seed: int) -> Trajectory:
     return Trajectory(name, particles_of(history), frames, known_um)
 
 
-def train(settings: dict, folder: Path, validation=("V1",)) -> dict[str, float]:
+def train(settings: dict, folder: Path, validation=("V1",), compiled=False) -> dict[str, float]:
+    """Train on two slurries; for so few steps compiling them takes longest, so it is left out unless asked for."""
     slurries = [trajectory(name, seed) for seed, name in enumerate(("T1", "T2"), start=1)]
-    return Neighbours().train((slurries, [trajectory(name, 3) for name in validation]), settings, folder)
+    tf.config.run_functions_eagerly(not compiled)
+    try:
+        return Neighbours().train((slurries, [trajectory(name, 3) for name in validation]), settings, folder)
+    finally:
+        tf.config.run_functions_eagerly(False)
 
 
 def prediction_input(

@@ -23,7 +23,7 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
 
 def test_training_learns(tmp_path):
     settings = {**SETTINGS, "members": 1, "epochs": 30}
-    train(settings, tmp_path)
+    train(settings, tmp_path, compiled=True)
     loss = np.loadtxt(tmp_path / "history.csv", delimiter=",", skiprows=1)[:, 1]
     assert len(loss) == 30
     assert loss[-1] < 0.5 * loss[0]
