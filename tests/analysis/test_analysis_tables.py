@@ -1,8 +1,6 @@
 """The scripts of the analysis, run on small made-up slurries."""
 
 import json
-import subprocess
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slurrycast.data.tables import read_table
+from script_runs import refusal, run_script, written
 from slurrycast.runtime.costs import Cost, read_cost
 from slurrycast.runtime.files import write_text
 from structures import frame, particles, write_store
@@ -44,29 +42,15 @@ def slurry(tmp_path):
 
 
 @pytest.fixture
-def run(root, tmp_path):
-    """Run a script, with --cost added where it has one; return the finished process."""
-
-    def start(script: str, *arguments: object) -> subprocess.CompletedProcess:
-        command = [sys.executable, *root.glob(f"scripts/*/{script}"), *arguments]
-        if script != "collect_costs.py":
-            command += ["--cost", tmp_path / "cost.json"]
-        return subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=120)
-
-    return start
+def outputs(tmp_path) -> dict[str, Path]:
+    """Options for what most scripts write."""
+    return {"table": tmp_path / "table.csv", "cost": tmp_path / "cost.json"}
 
 
-def table(process: subprocess.CompletedProcess, path: Path) -> pd.DataFrame:
-    """The table that a successful run wrote."""
-    assert process.returncode == 0, process.stderr
-    return read_table(path)
-
-
-def test_coordinate_errors(slurry, run, tmp_path):
+def test_coordinate_errors(slurry, outputs):
     a, b = slurry("1", 11), slurry("2", 12)
-    out = tmp_path / "coordinate_errors.csv"
-    arguments = ["--predicted", a["predicted"], b["predicted"], "--frames", a["frames"], b["frames"]]
-    errors = table(run("compare_coordinates.py", *arguments, "--target-frame", 120, "--table", out), out)
+    predicted, frames = ([paths[key] for paths in (a, b)] for key in ("predicted", "frames"))
+    errors = written("compare_coordinates", predicted=predicted, frames=frames, target_frame=120, **outputs)
     measures = ["mse_um2", "mae_um", "r2", "mse_um2_true_box", "mae_um_true_box", "r2_true_box"]
     assert list(errors.columns) == ["surrogate", "slurry", "axis", *measures]
     assert list(errors.slurry) == ["1"] * 4 + ["2"] * 4
@@ -77,41 +61,43 @@ def test_coordinate_errors(slurry, run, tmp_path):
     np.testing.assert_allclose(errors.mse_um2[:3], 0.01 * np.var(target_um(11), axis=0), rtol=1e-8)
     np.testing.assert_allclose(errors.mse_um2_true_box, 0, atol=1e-12)
     np.testing.assert_allclose(errors.r2_true_box, 1, atol=1e-12)
-    assert read_cost(tmp_path / "cost.json").stage == "compare_coordinates"
+    assert read_cost(outputs["cost"]).stage == "compare_coordinates"
 
 
-def test_a_prediction_of_another_slurry_is_refused(slurry, run, tmp_path):
-    a, b = slurry("1", 11), slurry("2", 12)
-    out = tmp_path / "coordinate_errors.csv"
-    arguments = ["--predicted", a["predicted"], "--frames", b["frames"], "--target-frame", 120, "--table", out]
-    process = run("compare_coordinates.py", *arguments)
-    assert process.returncode == 1
-    assert process.stderr == f"error: {a['predicted']}: slurry 1, not the particles of {b['frames']}\n"
-    assert not out.exists()
+def test_a_prediction_of_another_slurry_is_refused(slurry, outputs):
+    predicted, frames = slurry("1", 11)["predicted"], slurry("2", 12)["frames"]
+    said = refusal("compare_coordinates", predicted=predicted, frames=frames, target_frame=120, **outputs)
+    assert said == f"error: {predicted}: slurry 1, not the particles of {frames}\n"
 
 
-def rdf_arguments(paths: dict[str, Path], out: Path, pair: tuple[str, str] = ("NiO", "8YSZ")) -> list:
-    """Arguments of compute_rdf.py but for the target frame."""
-    stores = [part for key, path in paths.items() for part in (f"--{key}", path)]
-    return [*stores, "--cutoff-um", 7, "--bins", 120, "--pair", *pair, "--rdf", out]
+@pytest.fixture
+def rdf(tmp_path) -> dict[str, object]:
+    """Options of compute_rdf.py but for the structures and the target frame."""
+    return {"cutoff_um": 7, "bins": 120, "pair": ["NiO", "8YSZ"], "cost": tmp_path / "cost.json"}
 
 
-def test_rdf_and_its_differences(slurry, run, tmp_path):
-    out = tmp_path / "1.csv"
-    process = run("compute_rdf.py", *rdf_arguments(slurry("1", 11), out), "--target-frame", 120)
-    curves = table(process, out)
+def curves_of(path: Path, **options: object) -> pd.DataFrame:
+    """The curves that compute_rdf.py writes."""
+    done = run_script("compute_rdf", **options, rdf=path)
+    assert done.returncode == 0, done.stderr
+    return pd.read_csv(path, dtype={"slurry": str})
+
+
+def test_rdf_and_its_differences(slurry, rdf, outputs, tmp_path):
+    path = tmp_path / "1.csv"
+    curves = curves_of(path, **slurry("1", 11), **rdf, target_frame=120)
     assert list(curves.columns) == ["surrogate", "slurry", "pair", "r_um", "g_dem", "g_predicted", "g_relaxed"]
     bins = int(0.49 * 6 / (7 / 120))  # the target's and the relaxed box have the shortest edge
     assert dict(curves.pair.value_counts()) == {"all": bins, "NiO-8YSZ": bins}
     np.testing.assert_allclose(np.diff(curves.r_um[:bins]), 7 / 120, rtol=1e-6)
     np.testing.assert_allclose(curves.g_relaxed, curves.g_dem)
     assert curves.g_predicted.between(0.5, 1.5)[bins - 20 : bins].all()
-    cost = read_cost(tmp_path / "cost.json")
+    cost = read_cost(rdf["cost"])
     assert (cost.stage, cost.surrogate, cost.slurry, cost.particles) == ("compute_rdf", "vgg16", "1", N)
 
     curves.g_relaxed += np.where(curves.pair == "all", 0.25, -0.5)
-    write_text(out, curves.to_csv(index=False))
-    errors = table(run("compare_rdf.py", "--rdf", out, "--table", tmp_path / "rdf.csv"), tmp_path / "rdf.csv")
+    write_text(path, curves.to_csv(index=False))
+    errors = written("compare_rdf", rdf=path, **outputs)
     assert list(errors.columns) == ["surrogate", "slurry", "pair", "r_max_um", "bins", "mean_abs_difference"]
     assert list(errors.pair) == ["all", "NiO-8YSZ"]
     np.testing.assert_allclose(errors.mean_abs_difference, [0.25, 0.5])
@@ -120,28 +106,26 @@ def test_rdf_and_its_differences(slurry, run, tmp_path):
     assert list(errors.slurry) == ["1", "1"]
 
 
-def test_rdf_of_a_new_slurry_has_no_target(slurry, run, tmp_path):
-    out = tmp_path / "N1.csv"
-    curves = table(run("compute_rdf.py", *rdf_arguments(slurry("N1", 13, last=10), out, pair=("8YSZ", "NiO"))), out)
+def test_rdf_of_a_new_slurry_has_no_target(slurry, rdf, outputs, tmp_path):
+    path = tmp_path / "N1.csv"
+    curves = curves_of(path, **slurry("N1", 13, last=10), **rdf | {"pair": ["8YSZ", "NiO"]})
     assert list(curves.pair.unique()) == ["all", "8YSZ-NiO"]  # in any order
     assert curves.g_dem.isna().all()
     assert curves[["g_predicted", "g_relaxed"]].notna().all(axis=None)
-    process = run("compare_rdf.py", "--rdf", out, "--table", tmp_path / "rdf.csv")
-    assert process.returncode == 1
-    assert process.stderr == f"error: {out}: g_dem is empty, only slurries with a target can be compared\n"
+    said = refusal("compare_rdf", rdf=path, **outputs)
+    assert said == f"error: {path}: g_dem is empty, only slurries with a target can be compared\n"
 
 
-def test_an_unknown_phase_is_refused(slurry, run, tmp_path):
-    process = run("compute_rdf.py", *rdf_arguments(slurry("1", 11), tmp_path / "1.csv", pair=("NiO", "8ysz")))
-    assert process.returncode == 1
-    assert process.stderr == "error: --pair 8ysz: no such particles, phases are BDPD, NiO, 8YSZ\n"
+def test_an_unknown_phase_is_refused(slurry, rdf, tmp_path):
+    done = run_script("compute_rdf", **slurry("1", 11), **rdf | {"pair": ["NiO", "8ysz"]}, rdf=tmp_path / "1.csv")
+    assert done.returncode == 1
+    assert done.stderr == "error: --pair 8ysz: no such particles, phases are BDPD, NiO, 8YSZ\n"
 
 
-def test_density_and_volume(slurry, run, tmp_path):
+def test_density_and_volume(slurry, outputs):
     a, b = slurry("1", 11), slurry("T1", 12)
-    out = tmp_path / "density_volume.csv"
-    arguments = ["--frames", b["frames"], a["frames"], "--relaxed", a["predicted"], "--target-frame", 120]
-    rows = table(run("measure_density.py", *arguments, "--table", out), out)
+    structures = {"frames": [b["frames"], a["frames"]], "relaxed": a["predicted"], "target_frame": 120}
+    rows = written("measure_density", **structures, **outputs)
     volume_um3 = 6 * 6 * 12
     assert list(rows.surrogate) == ["-", "-", "vgg16"]
     assert list(rows.slurry) == ["T1", "1", "1"]
@@ -167,15 +151,13 @@ def dem_run(folder: Path, slurry: str, density_g_cm3: np.ndarray) -> list[Path]:
     return paths
 
 
-def test_equilibrium(run, tmp_path):
+def test_equilibrium(outputs, tmp_path):
     flat = np.minimum(1.2 + 0.05 * np.arange(101), 2.25)  # flat from 42 us of 200
     rising = np.linspace(1.25, 2.25, 101)  # the last 10 % add 0.1 g/cm3
-    runs = [dem_run(tmp_path, "T1", flat), dem_run(tmp_path, "1", rising), dem_run(tmp_path, "N1", rising)]
-    out = tmp_path / "equilibrium.csv"
-    arguments = ["--run-json", *(r[0] for r in runs), "--thermo", *(r[1] for r in runs)]
-    arguments += ["--roles", "train", "test", "new", "--max-density-drift", 0.002, "--table", out]
-    process = run("measure_equilibrium.py", *arguments)
-    rows = table(process, out)
+    densities = {"T1": flat, "1": rising, "N1": rising}
+    run_json, thermo = zip(*(dem_run(tmp_path, name, density) for name, density in densities.items()), strict=True)
+    options = {"run_json": run_json, "thermo": thermo, "roles": ["train", "test", "new"], "max_density_drift": 0.002}
+    rows = written("measure_equilibrium", **options, **outputs)
     assert list(rows.columns) == [
         "slurry", "role", "mass_units", "thickness_ratio", "particles", "density_g_cm3", "mean_contacts",
         "density_drift", "time_to_equilibrium_us", "run_time_us", "warning",
@@ -192,10 +174,11 @@ def test_equilibrium(run, tmp_path):
     assert rows.warning[1] == (
         "not in equilibrium: density changed by +4.44 % over the last 10 % of the run, at most 0.2 % is allowed"
     )
-    assert process.stderr == f"warning: slurry 1: {rows.warning[1]}\n"
+    said = run_script("measure_equilibrium", **options, **outputs).stderr
+    assert said == f"warning: slurry 1: {rows.warning[1]}\n"
 
 
-def test_costs(run, tmp_path):
+def test_costs(tmp_path):
     records = [
         Cost("generate_inputs", "-", "T10", N),
         Cost("run_slurry", "-", "T10", N, 4000, 14.0, 10.0, 50.0),
@@ -206,10 +189,9 @@ def test_costs(run, tmp_path):
     paths = [tmp_path / f"cost_{index}.json" for index in range(len(records))]
     for path, record in zip(paths, records, strict=True):
         path.write_text(json.dumps(asdict(record)))
-    run_json = dem_run(tmp_path, "T10", np.ones(5))[0]
-    out = tmp_path / "cost.csv"
-    arguments = ["--costs", *paths, "--run-json", run_json, "--table", out]
-    rows = table(run("collect_costs.py", *arguments, "--input-steps", 2000), out)
+    run_json, out = dem_run(tmp_path, "T10", np.ones(5))[0], tmp_path / "cost.csv"
+    options = {"costs": paths, "run_json": run_json, "table": out}
+    rows = written("collect_costs", **options, input_steps=2000)
     columns = ["stage", "surrogate", "slurry", "particles", "steps", "wall_s", "cpu_s", "max_rss_mb"]
     assert list(rows.columns) == columns
     stages = ["generate_inputs", "run_slurry", "run_slurry", "run_slurry_to_input", "train_surrogate", "compare_rdf"]
@@ -220,32 +202,34 @@ def test_costs(run, tmp_path):
     assert np.isnan(to_input.max_rss_mb)
     assert "train_surrogate,vgg16,-,,,123.456789," in out.read_text()
 
-    half_a_segment_more = table(run("collect_costs.py", *arguments, "--input-steps", 2500), out)
+    half_a_segment_more = written("collect_costs", **options, input_steps=2500)
     assert half_a_segment_more.wall_s[3] == 0.5 + 2 + 3 + 0.5 * 4
-    too_short = run("collect_costs.py", *arguments, "--input-steps", 5000)
+    too_short = run_script("collect_costs", **options, input_steps=5000)
     assert too_short.returncode == 1
     assert too_short.stderr == f"error: {run_json}: ends before step 5000 of the last input frame\n"
 
 
 @pytest.mark.parametrize(
-    ("script", "arguments", "message"),
+    ("script", "files", "options", "message"),
     [
         (
-            "compare_coordinates.py",
-            ["--predicted", "a", "--frames", "b", "c", "--target-frame", 120],
+            "compare_coordinates",
+            {"predicted": "a", "frames": "bc"},
+            {"target_frame": 120},
             "1 --predicted but 2 --frames: one each is needed",
         ),
         (
-            "measure_equilibrium.py",
-            ["--run-json", "a", "--thermo", "b", "--roles", "test", "new", "--max-density-drift", 0.1],
+            "measure_equilibrium",
+            {"run_json": "a", "thermo": "b"},
+            {"roles": ["test", "new"], "max_density_drift": 0.1},
             "--run-json, --thermo and --roles: as many of each are needed",
         ),
     ],
 )
-def test_lists_that_do_not_match_are_refused(run, tmp_path, script, arguments, message):
+def test_lists_that_do_not_match_are_refused(outputs, tmp_path, script, files, options, message):
     for name in "abc":
         (tmp_path / name).touch()
-    words = [tmp_path / word if word in ("a", "b", "c") else word for word in arguments]
-    process = run(script, *words, "--table", tmp_path / "t.csv")
-    assert process.returncode == 2
-    assert message in process.stderr
+    files = {option: [tmp_path / name for name in names] for option, names in files.items()}
+    done = run_script(script, **files, **options, **outputs)
+    assert done.returncode == 2
+    assert message in done.stderr

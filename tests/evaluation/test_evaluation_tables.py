@@ -1,8 +1,6 @@
 """Noise, skill and structural errors: the scripts run on small made-up results."""
 
 import json
-import subprocess
-import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from script_runs import refusal, run_script, written
 from slurrycast.analysis.rdf import bin_edges_um, radial_distributions
 from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import read_table
@@ -20,30 +19,9 @@ EDGES_UM = np.array([6.0, 6.0, 12.0])
 
 
 @pytest.fixture
-def run(root, tmp_path):
-    """Run a script for its table; return the finished process and the path of the table."""
-
-    def start(script: str, *arguments: object) -> tuple[subprocess.CompletedProcess, Path]:
-        out = tmp_path / "tables" / f"{script}.csv"
-        words = [sys.executable, *root.glob(f"scripts/*/{script}.py"), *arguments, "--table", out]
-        return subprocess.run([str(part) for part in words], capture_output=True, text=True, timeout=120), out
-
-    return start
-
-
-def table(result: tuple[subprocess.CompletedProcess, Path]) -> pd.DataFrame:
-    """The table that a successful run wrote."""
-    process, out = result
-    assert process.returncode == 0, process.stderr
-    return read_table(out)
-
-
-def error(result: tuple[subprocess.CompletedProcess, Path]) -> str:
-    """What a run with bad input said."""
-    process, out = result
-    assert process.returncode == 1
-    assert not out.exists()
-    return process.stderr
+def table(tmp_path) -> Path:
+    """Where the scripts write."""
+    return tmp_path / "tables" / "table.csv"
 
 
 def structure_files(
@@ -81,7 +59,7 @@ def noise(tmp_path) -> Path:
     return path
 
 
-def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
+def test_noise_of_replicas_and_perturbed_run(table, tmp_path):
     replicas = [
         structure_files(tmp_path, "-", f"{slurry}_r{k}", {"target": (density, g, bins)}, particles)
         for slurry, particles in (("6", 90), ("2", 1000))
@@ -90,13 +68,8 @@ def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
     frames = [write_random(tmp_path / f"{slurry}.h5", slurry, 120, 0) for slurry in "62"]
     perturbed = [write_random(tmp_path / f"{slurry}_perturbed.h5", slurry, 120, 0.3) for slurry in "62"]
     structure, curves = zip(*replicas, strict=True)
-    rows = table(
-        run(
-            "measure_noise",
-            *("--structure", *structure, "--rdf", *curves[::-1]),
-            *("--perturbed", *perturbed, "--frames", *frames, "--target-frame", 120),
-        )
-    )
+    paths = {"structure": structure, "rdf": curves[::-1], "perturbed": perturbed, "frames": frames}
+    rows = written("measure_noise", table, **paths, target_frame=120)
     assert list(rows.columns) == ["slurry", "particles", "quantity", "runs", "mean", "sd"]
     assert list(rows.slurry) == ["6", "6", "2", "2", "6", "2"]
     assert list(rows.particles) == [90, 90, 1000, 1000, 90, 90]
@@ -107,44 +80,45 @@ def test_noise_of_replicas_and_perturbed_run(run, tmp_path):
     np.testing.assert_allclose(rows.sd, [0.1, 1, 0.1, 1, np.nan, np.nan])
 
 
-def test_noise_needs_two_replicas_of_one_size(run, tmp_path):
+TOO_FEW = "needed are two or more of the same size"
+
+
+@pytest.mark.parametrize(
+    ("particles", "said"),
+    [
+        ({"6_r1": 1000}, f"slurry 6: replicas of 1000 particles, {TOO_FEW}"),
+        ({"6_r1": 1000, "6_r2": 999}, f"slurry 6: replicas of 1000, 999 particles, {TOO_FEW}"),
+        ({"6": 1000}, "slurry 6: not a replica, their ids are <slurry>_r<number>"),
+    ],
+)
+def test_noise_needs_two_replicas_of_one_size(table, tmp_path, particles, said):
     store = write_random(tmp_path / "6.h5", "6", 120, 0)
-    perturbed = ["--perturbed", store, "--frames", store, "--target-frame", 120]
-    one = structure_files(tmp_path, "-", "6_r1", {"target": (2.2, 1, 5)})
-    other = structure_files(tmp_path, "-", "6_r2", {"target": (2.2, 1, 5)}, particles=999)
-    none = structure_files(tmp_path, "-", "6", {"target": (2.2, 1, 5)})
-    needed = "needed are two or more of the same size\n"
-    assert error(run("measure_noise", "--structure", one[0], "--rdf", one[1], *perturbed)) == (
-        f"error: slurry 6: replicas of 1000 particles, {needed}"
-    )
-    assert error(run("measure_noise", "--structure", one[0], other[0], "--rdf", one[1], other[1], *perturbed)) == (
-        f"error: slurry 6: replicas of 1000, 999 particles, {needed}"
-    )
-    assert error(run("measure_noise", "--structure", none[0], "--rdf", none[1], *perturbed)) == (
-        "error: slurry 6: not a replica, their ids are <slurry>_r<number>\n"
-    )
+    pairs = [structure_files(tmp_path, "-", name, {"target": (2.2, 1, 5)}, n) for name, n in particles.items()]
+    structure, rdf = zip(*pairs, strict=True)
+    paths = {"structure": structure, "rdf": rdf, "perturbed": store, "frames": store}
+    assert refusal("measure_noise", table, **paths, target_frame=120) == f"error: {said}\n"
 
 
 @pytest.fixture
 def predictions(tmp_path):
-    """Write predictions that are off by these shifts, and the DEM of their slurry; return the arguments for both."""
+    """Write predictions that are off by these shifts, and the DEM of their slurry; return the options for both."""
 
-    def write(shifts_um: dict[tuple[str, str], float]) -> list:
+    def write(shifts_um: dict[tuple[str, str], float]) -> dict:
         predicted, frames = [], []
         for (surrogate, slurry), shift_um in shifts_um.items():
             path = tmp_path / f"{surrogate}_{slurry}.h5"
             predicted.append(write_random(path, slurry, 120, shift_um, surrogate=surrogate))
             frames.append(write_random(tmp_path / f"{slurry}.h5", slurry, 120, 0))
-        return ["--predicted", *predicted, "--frames", *frames, "--target-frame", 120]
+        return {"predicted": predicted, "frames": frames, "target_frame": 120}
 
     return write
 
 
-def test_skill(run, predictions, noise, tmp_path):
+def test_skill(table, predictions, noise):
     # MSE is shift^2 / 3, the floor of the nearest slurry 0.003 um2.
     shifts_um = {("vgg16", "1"): 0.0, ("affine", "1"): 0.3, ("affine_f02", "1"): 0.6, ("exact", "1"): np.sqrt(0.009)}
     shifts_um |= {("affine", "2"): 0.09, ("vgg16", "2"): 0.3}
-    rows = table(run("compute_skill", *predictions(shifts_um), "--noise", noise))
+    rows = written("compute_skill", table, **predictions(shifts_um), noise=noise)
     assert list(rows.columns) == ["surrogate", "slurry", "mse_um2", "mse_affine_um2", "floor_um2", "skill"]
     assert list(zip(rows.surrogate, rows.slurry, strict=True)) == list(shifts_um)
     np.testing.assert_allclose(rows.mse_um2, [0, 0.03, 0.12, 0.003, 0.0027, 0.03], atol=1e-12)
@@ -154,19 +128,18 @@ def test_skill(run, predictions, noise, tmp_path):
     np.testing.assert_allclose(rows.skill, [0.03 / 0.027, 0, -0.117 / 0.027 + 1, 1, np.nan, np.nan], atol=1e-8)
 
 
-def test_skill_needs_the_affine_prediction_of_every_slurry(run, predictions, noise):
-    arguments = predictions({("affine", "1"): 0.3, ("vgg16", "1"): 0.3, ("vgg16", "2"): 0.3})
-    assert error(run("compute_skill", *arguments, "--noise", noise)) == (
+def test_skill_needs_the_affine_prediction_of_every_slurry(table, predictions, noise):
+    options = predictions({("affine", "1"): 0.3, ("vgg16", "1"): 0.3, ("vgg16", "2"): 0.3})
+    assert refusal("compute_skill", table, **options, noise=noise) == (
         "error: --predicted: no affine of slurry 2, which skill is measured against\n"
     )
 
 
-def test_skill_of_another_slurry_is_refused(run, predictions, noise, tmp_path):
-    arguments = predictions({("affine", "1"): 0.3, ("affine", "2"): 0.3})
-    a, b = (tmp_path / f"{slurry}.h5" for slurry in "12")
-    swapped = [*arguments[: arguments.index(a)], b, a, "--target-frame", 120]
-    assert error(run("compute_skill", *swapped, "--noise", noise)) == (
-        f"error: {tmp_path / 'affine_1.h5'}: slurry 1, not the particles of {b}\n"
+def test_skill_of_another_slurry_is_refused(table, predictions, noise):
+    options = predictions({("affine", "1"): 0.3, ("affine", "2"): 0.3})
+    predicted, frames = options["predicted"], options["frames"][::-1]
+    assert refusal("compute_skill", table, **options | {"frames": frames}, noise=noise) == (
+        f"error: {predicted[0]}: slurry 1, not the particles of {frames[0]}\n"
     )
 
 
@@ -184,7 +157,7 @@ def replica_curves(tmp_path) -> list[Path]:
     return paths
 
 
-def test_structural_errors(run, noise, replica_curves, tmp_path):
+def test_structural_errors(table, noise, replica_curves, tmp_path):
     # 360 particles are nearer to 1000 than to 90 in the logarithm.
     dem = [structure_files(tmp_path, "-", s, {"target": (2.25, 1.0, 6)}, n) for s, n in (("1", 90), ("3", 360))]
     stages = {"predicted": (2.0, 0.5, 5), "relaxed": (2.24, 1.25, 8)}
@@ -193,12 +166,9 @@ def test_structural_errors(run, noise, replica_curves, tmp_path):
         curves = read_table(path)
         curves.loc[(curves.stage == "relaxed") & (curves.r_um > 0.5), "g"] = 99
         curves.to_csv(path, index=False)
-    arguments = [
-        *("--structure", *(paths[0] for paths in files), "--rdf", *(paths[1] for paths in files)),
-        *("--dem-structure", *(paths[0] for paths in dem), "--dem-rdf", *(paths[1] for paths in dem)),
-        *("--replica-rdf", *replica_curves),
-    ]
-    rows = table(run("compare_structure", *arguments, "--noise", noise))
+    (structure, rdf), (dem_structure, dem_rdf) = (zip(*paths, strict=True) for paths in (files, dem))
+    compared = {"structure": structure, "rdf": rdf, "dem_structure": dem_structure, "dem_rdf": dem_rdf}
+    rows = written("compare_structure", table, **compared, replica_rdf=replica_curves, noise=noise)
     assert list(rows.columns) == ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"]
     assert set(rows.surrogate) == {"vgg16"}
     assert list(rows.slurry) == ["3"] * 4 + ["1"] * 4
@@ -212,24 +182,21 @@ def test_structural_errors(run, noise, replica_curves, tmp_path):
     np.testing.assert_allclose(rows.replica_sd, sds, rtol=1e-8)
 
 
-def test_structural_errors_need_the_dem_its_replicas_and_matching_files(run, noise, tmp_path):
+def test_structural_errors_need_the_dem_its_replicas_and_matching_files(table, noise, tmp_path):
     dem = structure_files(tmp_path, "-", "1", {"target": (2.25, 1.0, 6)})
     one, two = (structure_files(tmp_path, "vgg16", slurry, {"relaxed": (2.0, 0.5, 4)}) for slurry in "12")
-    of_dem = ["--dem-structure", dem[0], "--dem-rdf", dem[1], "--noise", noise]
-    assert error(run("compare_structure", "--structure", two[0], "--rdf", two[1], *of_dem)) == (
-        "error: slurry 2: no all of the DEM to compare with\n"
-    )
-    assert error(run("compare_structure", "--structure", one[0], "--rdf", two[1], *of_dem)) == (
-        f"error: {two[1]}: not the curves of the structures in {one[0]}\n"
-    )
-    assert error(run("compare_structure", "--structure", one[0], "--rdf", one[1], *of_dem)) == (
-        "error: slurry 2: RDF all of 0 replicas, needed are two or more\n"
-    )
+    for structure, rdf, said in (
+        (two[0], two[1], "slurry 2: no all of the DEM to compare with"),
+        (one[0], two[1], f"{two[1]}: not the curves of the structures in {one[0]}"),
+        (one[0], one[1], "slurry 2: RDF all of 0 replicas, needed are two or more"),
+    ):
+        options = {"structure": structure, "rdf": rdf, "dem_structure": dem[0], "dem_rdf": dem[1], "noise": noise}
+        assert refusal("compare_structure", table, **options) == f"error: {said}\n"
 
 
 @pytest.fixture
 def relaxations(tmp_path, noise, replica_curves):
-    """Arguments for two relaxations of slurry 1 and the DEM; the shorter one ends 1.5 sd too light with a g too low."""
+    """Options for two relaxations of slurry 1 and the DEM; the shorter one ends 1.5 sd too light with a g too low."""
     stores, costs = [], []
     for steps, shift_um in ((700, 0.0), (300, 0.2)):
         path = tmp_path / f"relaxed-{steps}.h5"
@@ -249,15 +216,13 @@ def relaxations(tmp_path, noise, replica_curves):
     pd.concat([read_table(measured), pd.DataFrame(rows)]).to_csv(measured, index=False)
     of_dem = structure_files(tmp_path, "-", "1", {"target": (density + 0.015, 1.0, 6)}, 90)
     read_table(of_dem[1]).assign(g=g + 0.5).to_csv(of_dem[1], index=False)
-    return [
-        *("--relaxed", *stores, "--relaxation-costs", *costs, "--structure", measured, "--noise", noise),
-        *("--dem-structure", of_dem[0], "--dem-rdf", of_dem[1], "--replica-rdf", *replica_curves),
-        *("--cutoff-um", 0.6, "--bins", 6, "--rdf-tolerance", 3),
-    ]
+    options = {"relaxed": stores, "relaxation_costs": costs, "structure": measured, "noise": noise}
+    options |= {"dem_structure": of_dem[0], "dem_rdf": of_dem[1], "replica_rdf": replica_curves}
+    return options | {"cutoff_um": 0.6, "bins": 6, "rdf_tolerance": 3}
 
 
-def test_relaxations_of_several_lengths(run, relaxations, tmp_path):
-    rows = table(run("compare_relaxation", *relaxations))
+def test_relaxations_of_several_lengths(table, relaxations):
+    rows = written("compare_relaxation", table, **relaxations)
     assert list(rows.columns) == [
         *("surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd", "rdf_in_spread"),
         *("cpu_s", "within_band"),
@@ -275,37 +240,38 @@ def test_relaxations_of_several_lengths(run, relaxations, tmp_path):
     assert rows.within_band[1]
 
 
-def test_relaxations_need_their_own_costs_and_the_dem(run, relaxations, tmp_path):
-    stores, costs = relaxations[1:3], relaxations[4:6]
-    swapped = [*relaxations[:4], *costs[::-1], *relaxations[6:]]
-    assert error(run("compare_relaxation", *swapped)) == f"error: {costs[1]}: not the cost of {stores[0]}\n"
-    of_dem = tmp_path / "-_1_rdf.csv"
-    read_table(of_dem).assign(pair="NiO-NiO").to_csv(of_dem, index=False)
-    assert error(run("compare_relaxation", *relaxations)) == (
+def test_relaxations_need_their_own_costs_and_the_dem(table, relaxations):
+    swapped = relaxations | {"relaxation_costs": relaxations["relaxation_costs"][::-1]}
+    said = f"error: {swapped['relaxation_costs'][0]}: not the cost of {relaxations['relaxed'][0]}\n"
+    assert refusal("compare_relaxation", table, **swapped) == said
+    read_table(relaxations["dem_rdf"]).assign(pair="NiO-NiO").to_csv(relaxations["dem_rdf"], index=False)
+    assert refusal("compare_relaxation", table, **relaxations) == (
         "error: slurry 1, DEM: no curve of all particles to compare with\n"
     )
 
 
-def test_without_held_out_slurries_the_tables_are_empty(run, noise):
-    assert table(run("compare_structure", "--noise", noise)).empty
-    assert table(run("compute_skill", "--noise", noise, "--target-frame", 120)).empty
+def test_without_held_out_slurries_the_tables_are_empty(table, noise):
+    assert written("compare_structure", table, noise=noise).empty
+    assert written("compute_skill", table, noise=noise, target_frame=120).empty
 
 
 @pytest.mark.parametrize(
-    ("script", "arguments", "message"),
+    ("script", "files", "options", "message"),
     [
-        ("compute_skill", ["--predicted", "a", "--target-frame", 1, "--noise", "n"], "1 --predicted but 0 --frames"),
-        ("compare_structure", ["--structure", "a", "--noise", "n"], "1 --structure but 0 --rdf"),
+        ("compute_skill", {"predicted": "a", "noise": "n"}, {"target_frame": 1}, "1 --predicted but 0 --frames"),
+        ("compare_structure", {"structure": "a", "noise": "n"}, {}, "1 --structure but 0 --rdf"),
         (
             "measure_noise",
-            ["--structure", "a", "--rdf", "b", "--perturbed", "a", "b", "--frames", "a", "--target-frame", 1],
+            {"structure": "a", "rdf": "b", "perturbed": "ab", "frames": "a"},
+            {"target_frame": 1},
             "2 --perturbed but 1 --frames",
         ),
     ],
 )
-def test_lists_that_do_not_match_are_refused(run, tmp_path, script, arguments, message):
+def test_lists_that_do_not_match_are_refused(table, tmp_path, script, files, options, message):
     for name in "abn":
         (tmp_path / name).touch()
-    process, _ = run(script, *[tmp_path / word if word in ("a", "b", "n") else word for word in arguments])
-    assert process.returncode == 2
-    assert message in process.stderr
+    files = {option: [tmp_path / name for name in names] for option, names in files.items()}
+    done = run_script(script, **files, **options, table=table)
+    assert done.returncode == 2
+    assert message in done.stderr

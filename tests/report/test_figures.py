@@ -4,6 +4,7 @@ import os
 import re
 import signal
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,6 @@ import pytest
 from matplotlib.image import imread
 
 import plot_coordinates
-import plot_costs
 import plot_densification
 import plot_density
 import plot_learning_curves
@@ -19,10 +19,9 @@ import plot_rdf
 import plot_structure
 import plot_workflow
 import render_slurry
-from script_calls import call
+from pictures import check_saved, is_drawn, recorded_calls
+from script_runs import run_script
 from slurrycast.analysis.errors import coordinate_errors
-from slurrycast.data.frames import Frame, Particles, write_frames
-from slurrycast.evaluation.speedup import HYBRID_PARTS
 from slurrycast.report.figures import (
     FURTHER_PHASE_COLOURS,
     FURTHER_SURROGATE_COLOURS,
@@ -33,6 +32,7 @@ from slurrycast.report.figures import (
     surrogate_colours,
 )
 from slurrycast.runtime.files import InputError
+from structures import frame, particles, write_store
 
 RULE_GRAPH = """digraph snakemake_dag {
     graph[bgcolor=white, margin=0];
@@ -53,45 +53,29 @@ RULE_GRAPH = """digraph snakemake_dag {
 """
 
 
-def is_drawn(path: Path) -> bool:
-    """Whether a picture shows something: a good share of its pixels differs from the background."""
-    pixels = imread(path)[..., :3]
-    return pixels.std() > 0.02 and np.mean(np.any(pixels < 0.9, axis=-1)) > 0.01
-
-
 @pytest.fixture
-def particles() -> Particles:
-    phase = np.repeat([1, 2, 3], 20)
-    radius_um = np.array([0.55, 0.4, 0.35])[phase - 1]
-    mass_pg = 4.0 * radius_um**3
-    ones = np.ones(60, dtype=int)
-    return Particles(np.arange(1, 61), phase, phase, ones, radius_um, mass_pg, ("BDPD", "NiO", "8YSZ"))
-
-
-def frame(number: int, position_um: np.ndarray, edges_um: np.ndarray) -> Frame:
-    scaled = position_um / edges_um + 0.5
-    coordination = np.zeros(len(position_um))
-    return Frame(number, number * 10, float(number), position_um, scaled, coordination, -edges_um / 2, edges_um)
-
-
-@pytest.fixture
-def structures(tmp_path, particles) -> dict[str, Path]:
+def structures(tmp_path) -> dict[str, Path]:
     """Target, predicted and relaxed structure of one slurry; the prediction is a scaled and shifted target."""
     rng = np.random.default_rng(1)
     edges_um = np.array([4.0, 4.0, 6.0])
     target_um = (rng.random((60, 3)) - 0.5) * edges_um
-    paths = {name: tmp_path / f"{name}.h5" for name in ("frames", "predicted", "other", "relaxed")}
-    write_frames(
-        paths["frames"], particles, [frame(10, 1.2 * target_um, 1.2 * edges_um), frame(120, target_um, edges_um)], {}
-    )
-    write_frames(paths["predicted"], particles, [frame(120, 1.1 * target_um + 0.3, 1.1 * edges_um)], {})
-    write_frames(paths["other"], particles, [frame(120, 1.2 * target_um, edges_um)], {})
-    write_frames(paths["relaxed"], particles, [frame(120, target_um, edges_um)], {})
-    return paths
+    frames = {
+        "frames": [frame(10, 1.2 * target_um, 1.2 * edges_um), frame(120, target_um, edges_um)],
+        "predicted": [frame(120, 1.1 * target_um + 0.3, 1.1 * edges_um)],
+        "other": [frame(120, 1.2 * target_um, edges_um)],
+        "relaxed": [frame(120, target_um, edges_um)],
+    }
+    phase = np.repeat([1, 2, 3], 20)
+    slurry = particles(phase, np.array([0.55, 0.4, 0.35])[phase - 1], ("BDPD", "NiO", "8YSZ"))
+    return {name: write_store(tmp_path / f"{name}.h5", of_file, slurry) for name, of_file in frames.items()}
 
 
-def run_script(script, **options) -> None:
-    call(script, *(word for name, value in options.items() for word in (f"--{name.replace('_', '-')}", *value)))
+def draw(script: ModuleType, figure: Path, **options: object) -> str:
+    """Run a script that draws a figure, and look at it; what it says on the way."""
+    done = run_script(script, **options, figure=figure)
+    assert done.returncode == 0, done.stderr
+    assert is_drawn(figure)
+    return done.stderr
 
 
 def test_phases_keep_their_colours_whatever_their_order():
@@ -189,8 +173,7 @@ def test_a_graph_that_cannot_be_drawn_is_refused(text, message):
 def test_workflow_diagram(tmp_path):
     graph = tmp_path / "rules.dot"
     graph.write_text(RULE_GRAPH)
-    run_script(plot_workflow, rulegraph=[graph], figure=[tmp_path / "workflow.png"])
-    assert is_drawn(tmp_path / "workflow.png")
+    draw(plot_workflow, tmp_path / "workflow.png", rulegraph=graph)
 
 
 # ---- curves
@@ -200,22 +183,19 @@ def test_learning_curves(tmp_path, history):
     figure = plot_learning_curves.draw_learning_curves(history)
     marked = [axes.lines[-1].get_xydata()[0].tolist() for axes in figure.axes]
     assert marked == [[2.0, 0.9], [2.0, 0.8]]
-    save_figure(figure, tmp_path / "curves.png")
-    assert is_drawn(tmp_path / "curves.png")
+    check_saved(figure, tmp_path / "curves.png")
 
 
 def test_learning_curves_without_validation_slurries(tmp_path, history):
     figure = plot_learning_curves.draw_learning_curves(history.assign(val_loss=np.nan, val_mae=np.nan))
     assert [[line.get_label() for line in axes.lines] for axes in figure.axes] == [["training"], ["training"]]
-    save_figure(figure, tmp_path / "curves.png")
-    assert is_drawn(tmp_path / "curves.png")
+    check_saved(figure, tmp_path / "curves.png")
 
 
 def test_learning_curves_of_a_model_trained_elsewhere(tmp_path):
     history = tmp_path / "history.csv"
     history.write_text("epoch,loss,mae,val_loss,val_mae\n")
-    run_script(plot_learning_curves, history=[history], figure=[tmp_path / "curves.png"])
-    assert is_drawn(tmp_path / "curves.png")
+    draw(plot_learning_curves, tmp_path / "curves.png", history=history)
 
 
 def test_densification(tmp_path):
@@ -236,8 +216,7 @@ def test_densification(tmp_path):
     figure = plot_densification.draw_densification(thermo, equilibrium, [1.0, 2.0])
     points = [line.get_xydata()[0] for line in figure.axes[0].lines if line.get_marker() == "o"]
     assert np.allclose(points, [[8.0, 1.8], [9.0, 1.9]])
-    save_figure(figure, tmp_path / "densification.png")
-    assert is_drawn(tmp_path / "densification.png")
+    check_saved(figure, tmp_path / "densification.png")
 
 
 def test_density_of_known_and_new_slurries(tmp_path):
@@ -260,16 +239,14 @@ def test_density_of_known_and_new_slurries(tmp_path):
     percent = {line.get_color(): line.get_ydata()[0] for line in lower.lines}
     assert percent[colours["net"]] == pytest.approx(2.0)
     assert percent[colours["affine"]] == pytest.approx(-2.0)
-    save_figure(figure, tmp_path / "density.png")
-    assert is_drawn(tmp_path / "density.png")
+    check_saved(figure, tmp_path / "density.png")
 
 
 def test_density_without_any_dem(tmp_path):
     table = tmp_path / "density_volume.csv"
     table.write_text("surrogate,slurry,model,density_g_cm3,volume_um3\nnet,NA,hybrid,2.27,100.0\n")
-    options = {"density": [table], "surrogates": ["net"], "slurries": ["NA"]}
-    run_script(plot_density, **options, figure=[tmp_path / "density.png"])
-    assert is_drawn(tmp_path / "density.png")
+    options = {"density": table, "surrogates": ["net"], "slurries": ["NA"]}
+    draw(plot_density, tmp_path / "density.png", **options)
 
 
 def rdf_curves(slurries: dict, surrogates: list[str]) -> pd.DataFrame:
@@ -299,17 +276,15 @@ def test_rdf_of_slurries_with_and_without_target(tmp_path):
     peaks = {line.get_color(): np.max(line.get_ydata()) for line in panel.lines}
     assert peaks[colours["net"]] > peaks[colours["affine"]]
     assert [axes.get_title() for axes in figure.axes][:2] == ["Slurry 1", "Slurry N1"]
-    save_figure(figure, tmp_path / "rdf.png")
-    assert is_drawn(tmp_path / "rdf.png")
+    check_saved(figure, tmp_path / "rdf.png")
 
 
 def test_rdf_without_any_target(tmp_path):
     rdf_curves({"N1": False}, ["net"]).to_csv(tmp_path / "N1.csv", index=False)
     errors = tmp_path / "rdf_errors.csv"
     errors.write_text("surrogate,slurry,pair,r_max_um,bins,mean_abs_difference\n")
-    options = {"slurries": ["N1"], "rdf": [tmp_path / "N1.csv"], "rdf_errors": [errors], "surrogates": ["net"]}
-    run_script(plot_rdf, **options, figure=[tmp_path / "rdf.png"])
-    assert is_drawn(tmp_path / "rdf.png")
+    options = {"slurries": ["N1"], "rdf": tmp_path / "N1.csv", "rdf_errors": errors, "surrogates": ["net"]}
+    draw(plot_rdf, tmp_path / "rdf.png", **options)
 
 
 def test_structure_shows_the_mean_deviation_in_replica_sd(tmp_path, monkeypatch):
@@ -326,68 +301,31 @@ def test_structure_shows_the_mean_deviation_in_replica_sd(tmp_path, monkeypatch)
         columns=["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
     )
     table.to_csv(tmp_path / "structure_errors.csv", index=False)
-    drawn = []
-    original = plot_structure.draw_structure
-    monkeypatch.setattr(plot_structure, "draw_structure", lambda means: drawn.append(means) or original(means))
-    options = {"structure_errors": [tmp_path / "structure_errors.csv"], "slurries": ["1", "2"]}
-    run_script(plot_structure, **options, figure=[tmp_path / "structure.png"])
-    means = drawn[0]
+    calls = recorded_calls(monkeypatch, plot_structure, "draw_structure")
+    table_path = tmp_path / "structure_errors.csv"
+    draw(plot_structure, tmp_path / "structure.png", structure_errors=table_path, slurries=["1", "2"])
+    ((means,), _) = calls[0]
     assert list(means.columns) == ["affine", "net"]
     assert means.affine["density_g_cm3"] == pytest.approx((2 + 4) / 2)
     assert means.net["rdf_NiO-8YSZ"] == pytest.approx(25)
     assert np.isnan(means.net["density_g_cm3"])
-    assert is_drawn(tmp_path / "structure.png")
-
-
-def test_costs(tmp_path):
-    comparison = pd.DataFrame(
-        {"surrogate": "net", "slurry": ["1", "N1"]}
-        | dict.fromkeys(HYBRID_PARTS, 2.0)
-        | {
-            "hybrid": 2.0 * len(HYBRID_PARTS),
-            "dem": [60.0, np.nan],
-            "dem_to_equilibrium": [36.0, np.nan],
-            "ratio": [5.0, np.nan],
-            "ratio_to_equilibrium": [3.0, np.nan],
-        }
-    )
-    both = plot_costs.draw_costs(pd.concat([comparison, comparison.assign(surrogate="affine")]))
-    assert [axes.get_title() for axes in both.axes] == ["net", "affine"]
-    assert all(len(axes.texts) == 1 and "5.0" in axes.texts[0].get_text() for axes in both.axes)
-    save_figure(both, tmp_path / "costs.png")
-    assert is_drawn(tmp_path / "costs.png")
-    new = plot_costs.draw_costs(comparison[1:])
-    assert [text.get_text() for text in new.legends[0].get_texts()] == [*HYBRID_PARTS.values()]
-    save_figure(new, tmp_path / "new.png")
-    assert is_drawn(tmp_path / "new.png")
 
 
 # ---- structures
 
 
 def test_coordinates_show_the_errors_of_the_table(tmp_path, structures, monkeypatch):
-    drawn = {}
-    original = plot_coordinates.draw_coordinates
-
-    def record(target_um, predicted_um, particles, errors):
-        drawn.update(target=target_um, predicted=predicted_um, errors=errors)
-        drawn["figure"] = original(target_um, predicted_um, particles, errors)
-        return drawn["figure"]
-
-    monkeypatch.setattr(plot_coordinates, "draw_coordinates", record)
-    path = tmp_path / "coordinates.png"
-    files = {"predicted": [structures["predicted"], structures["other"]], "frames": [structures["frames"]]}
-    files["surrogates"] = ["net", "other"]
-    run_script(plot_coordinates, **files, target_frame=[120], figure=[path])
+    calls = recorded_calls(monkeypatch, plot_coordinates, "draw_coordinates")
+    files = {"predicted": [structures["predicted"], structures["other"]], "frames": structures["frames"]}
+    draw(plot_coordinates, tmp_path / "coordinates.png", **files, surrogates=["net", "other"], target_frame=120)
+    ((target_um, predicted_um, _, errors), figure) = calls[0]
     # without the shift, the prediction is 1.1 times the target
-    assert np.allclose(drawn["predicted"]["net"], 1.1 * drawn["target"])
-    assert np.allclose(drawn["predicted"]["other"], 1.2 * drawn["target"])
-    for name, predicted_um in drawn["predicted"].items():
-        assert drawn["errors"][name] == coordinate_errors(drawn["target"], predicted_um)
-    assert drawn["errors"]["net"]["x"].r2 == pytest.approx(1 - 0.1**2)
-    titles = [axes.get_title() for axes in drawn["figure"].axes if axes.get_title()]
+    assert np.allclose(predicted_um["net"], 1.1 * target_um)
+    assert np.allclose(predicted_um["other"], 1.2 * target_um)
+    assert errors == {name: coordinate_errors(target_um, position_um) for name, position_um in predicted_um.items()}
+    assert errors["net"]["x"].r2 == pytest.approx(1 - 0.1**2)
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
     assert titles == [f"{name}, {axis} axis" for name in ("net", "other") for axis in "xyz"]
-    assert is_drawn(path)
 
 
 def test_view_is_orthonormal_and_holds_every_box(structures):
@@ -402,19 +340,12 @@ def test_view_is_orthonormal_and_holds_every_box(structures):
 
 
 @pytest.mark.parametrize("rendered", [True, False])
-def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch, capsys, rendered):
+def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch, rendered):
     if not rendered:
         monkeypatch.setattr(render_slurry, "rendered_by_child", lambda *_: False)
-    path = tmp_path / "slurry.png"
-    run_script(
-        render_slurry,
-        **{name: [structures[name]] for name in ("frames", "predicted", "relaxed")},
-        target_frame=[120],
-        figure=[path],
-    )
-    assert is_drawn(path)
-    if not rendered:
-        assert "Matplotlib" in capsys.readouterr().err
+    shown = {name: structures[name] for name in ("frames", "predicted", "relaxed")}
+    said = draw(render_slurry, tmp_path / "slurry.png", **shown, target_frame=120)
+    assert rendered or "Matplotlib" in said
 
 
 def end_with_a_crash(_structures, _half_um, paths):
