@@ -1,7 +1,6 @@
 """Error against cost: known fronts, and the DEM with a faster barostat at equal cost."""
 
 import json
-import subprocess
 from dataclasses import asdict
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slurrycast.data.tables import read_table
+from script_runs import written
 from slurrycast.evaluation.front import (
     at_equal_cost,
     equilibrium_share,
@@ -140,23 +139,25 @@ def test_equal_cost_is_half_way_in_the_logarithm_whatever_the_input_frames():
     assert list(rows.note) == ["", ""]
 
 
-def test_beyond_the_range_the_nearest_dem_is_beside():
-    rows = equal_cost([*EARLY, ("affine", 10, 0.05, 0.02), ("vgg16", 10, 0.5, 0.02)], EARLY_MSE_UM2)
-    assert list(rows.note) == ["cheaper than any early_dem", "dearer than any early_dem"]
-    np.testing.assert_allclose(rows.early_dem_cost_share, [0.1, 0.4])
-    np.testing.assert_allclose(rows.early_dem_mse_um2, [0.07, 0.05])
-    np.testing.assert_allclose(rows.early_dem_density_error, [0.03, 0.01])
+# what costs as much as, or less or more than, all that early_dem offers
+WORSE = [("early_dem_x3_f05", 5, 0.2, 0.001), ("early_dem_x1", 10, 0.6, 0.002)]  # dearer, with a larger error
 
 
-def test_a_dearer_one_with_a_larger_error_is_not_what_one_would_take():
-    worse = ("early_dem_x3_f05", 5, 0.2, 0.001)
-    others = [("net", 10, 0.2, 0.07), ("vgg16", 10, 0.6, 0.07)]
-    dearest = ("early_dem_x1", 10, 0.6, 0.002)
-    rows = equal_cost([*EARLY, worse, dearest, *others], EARLY_MSE_UM2 | {"early_dem_x3_f05": 0.2, "early_dem_x1": 0.3})
+@pytest.mark.parametrize(
+    ("further", "further_mse_um2", "costs", "early_costs", "notes"),
+    [
+        ([], {}, (0.05, 0.5), (0.1, 0.4), ["cheaper than any early_dem", "dearer than any early_dem"]),
+        (WORSE, {"early_dem_x3_f05": 0.2, "early_dem_x1": 0.3}, (0.2, 0.6), (0.2, 0.6), ["", ""]),
+    ],
+)
+def test_beside_is_the_nearest_dem_that_one_would_take(further, further_mse_um2, costs, early_costs, notes):
+    others = [("affine", 10, costs[0], 0.02), ("vgg16", 10, costs[1], 0.02)]
+    rows = equal_cost([*EARLY, *further, *others], EARLY_MSE_UM2 | further_mse_um2)
+    assert list(rows.note) == notes
+    np.testing.assert_allclose(rows.early_dem_cost_share, early_costs)
     # the errors are those of the one with the lowest MSE, all of them
     np.testing.assert_allclose(rows.early_dem_mse_um2, [0.07, 0.05])
     np.testing.assert_allclose(rows.early_dem_density_error, [0.03, 0.01])
-    assert list(rows.note) == ["", ""]
 
 
 def test_the_full_dem_is_on_the_front():
@@ -179,15 +180,11 @@ def test_share_of_the_dem_to_equilibrium():
 
 
 def test_which_labels_are_the_dem_with_a_faster_barostat():
-    assert [is_reference(label) for label in ("early_dem", "early_dem_x2_f01", "early_demons", "affine")] == [
-        True,
-        True,
-        False,
-        False,
-    ]
+    labels = ("early_dem", "early_dem_x2_f01", "early_demons", "affine")
+    assert [is_reference(label) for label in labels] == [True, True, False, False]
 
 
-def test_the_tables_are_written(tmp_path, command):
+def test_the_tables_are_written(tmp_path):
     """compute_front and compare_at_equal_cost, from the records of one slurry that is flat half-way."""
     segments = [{"step_start": 0, "step_end": 1200, "wall_s": 240.0, "cpu_s": 120.0}]
     run = {"slurry": "2", "start": {"wall_s": 9.0, "cpu_s": 0.0}, "segments": segments, "steps": 1200}
@@ -205,26 +202,16 @@ def test_the_tables_are_written(tmp_path, command):
     both.to_csv(tmp_path / "structure_errors.csv", index=False)
     skill = {"surrogate": ["affine", "affine_f02"], "slurry": "2", "mse_um2": [0.08, 0.09]}
     pd.DataFrame(skill).to_csv(tmp_path / "skill.csv", index=False)
-    tables = {name: tmp_path / f"{name}.csv" for name in ("equilibrium", "structure_errors", "front", "equal", "skill")}
-    for words in (
-        command(
-            "compute_front",
-            costs=costs,
-            equilibrium=tables["equilibrium"],
-            run_json=tmp_path / "run.json",
-            structure_errors=tables["structure_errors"],
-            input_steps=["affine=100", "affine_f02=20"],
-            table=tables["front"],
-        ),
-        command("compare_at_equal_cost", front=tables["front"], skill=tables["skill"], table=tables["equal"]),
-    ):
-        subprocess.run(words, check=True)
-    rows = read_table(tables["front"])
+    tables = {name: tmp_path / f"{name}.csv" for name in ("equilibrium", "structure_errors")}
+    steps = ["affine=100", "affine_f02=20"]
+    options = {"costs": costs, **tables, "run_json": tmp_path / "run.json", "input_steps": steps}
+    rows = written("compute_front", tmp_path / "front.csv", **options)
     assert list(rows.surrogate) == ["affine", "affine_f02"]
     assert list(rows.input_last_frame) == [10, 2]
     # inputs, DEM to the frame, features (the only record is its own bound) and three seconds, over inputs and DEM
     np.testing.assert_allclose(rows.cost_share_of_full_dem, [(5 + 10 + 1 + 3) / 125, (5 + 2 + 1 + 3) / 125])
     np.testing.assert_allclose(rows.density_error, 0.05)
-    equal = read_table(tables["equal"])
+    skills = {"front": tmp_path / "front.csv", "skill": tmp_path / "skill.csv"}
+    equal = written("compare_at_equal_cost", tmp_path / "equal.csv", **skills)
     assert list(equal.mse_um2) == [0.08, 0.09]
     assert set(equal.note) == {"no early_dem of this slurry"}

@@ -1,28 +1,15 @@
 """Figures of cost, front and skill from small synthetic tables: they are not blank and show the right numbers."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.image import imread
 
 import plot_costs
 import plot_front
 import plot_skill
-from script_calls import call
+from pictures import check_saved, is_drawn, recorded_calls, texts
+from script_runs import run_script
 from slurrycast.evaluation.speedup import HYBRID_PARTS
-from slurrycast.report.figures import save_figure
-
-
-def is_drawn(path: Path) -> bool:
-    """Whether a picture shows something: a good share of its pixels differs from the background."""
-    pixels = imread(path)[..., :3]
-    return pixels.std() > 0.02 and np.mean(np.any(pixels < 0.9, axis=-1)) > 0.01
-
-
-def texts(axes) -> list[str]:
-    return [text.get_text() for text in axes.texts]
 
 
 def comparison(surrogate: str) -> pd.DataFrame:
@@ -40,31 +27,27 @@ def comparison(surrogate: str) -> pd.DataFrame:
 def test_costs_of_several_surrogates(tmp_path):
     figure = plot_costs.draw_costs(pd.concat([comparison("affine"), comparison("net"), comparison("linear")]))
     assert [axes.get_title() for axes in figure.axes] == ["affine", "net", "linear"]
-    assert [texts(axes) for axes in figure.axes] == [["5.0 × (3.0 ×)"]] * 3
+    assert [texts(axes.texts) for axes in figure.axes] == [["5.0 × (3.0 ×)"]] * 3
     assert len({axes.get_xlim() for axes in figure.axes}) == 1
     ends = [max(bar.get_x() + bar.get_width() for bar in axes.patches) for axes in figure.axes]
     assert ends == pytest.approx([20.0] * 3)
-    legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["DEM to equilibrium", "full DEM", *HYBRID_PARTS.values()]
-    save_figure(figure, tmp_path / "costs.png")
-    assert is_drawn(tmp_path / "costs.png")
+    assert texts(figure.legends[0].get_texts()) == ["DEM to equilibrium", "full DEM", *HYBRID_PARTS.values()]
+    check_saved(figure, tmp_path / "costs.png")
 
 
 def test_costs_of_new_slurries_only(tmp_path):
     figure = plot_costs.draw_costs(comparison("net")[1:])
-    assert texts(figure.axes[0]) == []
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [*HYBRID_PARTS.values()]
-    save_figure(figure, tmp_path / "new.png")
-    assert is_drawn(tmp_path / "new.png")
+    assert texts(figure.axes[0].texts) == []
+    assert texts(figure.legends[0].get_texts()) == [*HYBRID_PARTS.values()]
+    check_saved(figure, tmp_path / "new.png")
 
 
 def test_costs_of_an_unknown_surrogate(tmp_path):
-    table = tmp_path / "speedup.csv"
+    table, figure = tmp_path / "speedup.csv", tmp_path / "costs.png"
     comparison("net").to_csv(table, index=False)
-    options = ["--speedup", table, "--surrogates", "net", "vgg", "--figure", tmp_path / "costs.png"]
-    with pytest.raises(plot_costs.InputError, match="--surrogates vgg: not in"):
-        call(plot_costs, *options)
-    assert not (tmp_path / "costs.png").exists()
+    done = run_script("plot_costs", speedup=table, surrogates=["net", "vgg"], figure=figure)
+    assert (done.returncode, figure.exists()) == (1, False)
+    assert done.stderr.startswith("error: --surrogates vgg: not in")
 
 
 LABELS = ["affine", "affine_f02", "early_dem_x2", "early_dem_x10_f02", "vgg16", "early_dem_x10"]
@@ -94,16 +77,14 @@ def front(tmp_path, monkeypatch):
         "structure_errors": pd.DataFrame(errors),
         "speedup": comparison("affine").assign(slurry=["2", "N1"], clock="cpu_s"),
     }
-    drawn = {}
-    original = plot_front.draw_front
-    monkeypatch.setattr(plot_front, "draw_front", lambda *given: drawn.setdefault("figure", original(*given)))
-    words = ["--figure", tmp_path / "front.png"]
+    calls = recorded_calls(monkeypatch, plot_front, "draw_front")
+    paths = {name: tmp_path / f"{name}.csv" for name in tables}
     for name, table in tables.items():
-        table.to_csv(tmp_path / f"{name}.csv", index=False)
-        words += [f"--{name.replace('_', '-')}", tmp_path / f"{name}.csv"]
-    call(plot_front, *words)
+        table.to_csv(paths[name], index=False)
+    done = run_script(plot_front, **paths, figure=tmp_path / "front.png")
+    assert done.returncode == 0, done.stderr
     assert is_drawn(tmp_path / "front.png")
-    return drawn["figure"]
+    return calls[0][1]
 
 
 def line_of(axes, label: str) -> np.ndarray:
@@ -144,18 +125,18 @@ def test_input_frames_of_a_surrogate_are_one_line_in_their_order(front):
         assert line_of(axes, "affine")[:, 0] == pytest.approx([5, 10])
         assert line_of(axes, "early_dem_x10")[:, 0] == pytest.approx([30, 35])
         assert len(line_of(axes, "early_dem_x2")) == 1
-        numbers = [text for text in texts(axes) if text.isdigit()]
+        numbers = [text for text in texts(axes.texts) if text.isdigit()]
         assert sorted(numbers) == ["10", "10", "2", "2"]  # those of the two lines
-    legend = [text.get_text() for text in front.legends[0].get_texts()]
+    legend = texts(front.legends[0].get_texts())
     assert {"affine", "early_dem_x10", "early_dem_x2", "vgg16"} < set(legend)
     assert not any("_f02" in text for text in legend)
 
 
 def test_an_error_far_beyond_the_affine_map_is_written_at_the_edge(front):
     mse, density, _ = front.axes
-    assert "vgg16: 10.5" in texts(mse)
+    assert "vgg16: 10.5" in texts(mse.texts)
     assert mse.get_ylim()[1] < 2
-    assert not any("vgg16" in text for text in texts(density))
+    assert not any("vgg16" in text for text in texts(density.texts))
 
 
 def test_numbers_do_not_overlap(front):
@@ -170,22 +151,19 @@ def test_labels_without_their_last_input_frame():
     assert [plot_front.plain_label(label) for label in labels] == ["affine", "affine", "early_dem_x10", "vgg16_box"]
 
 
-def test_front_without_replicas(tmp_path):
-    columns = {"surrogate": ["affine"], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
-    points = pd.DataFrame(columns | {"mse_of_affine": [1.0], "density_error": [0.004], "rdf_error": [0.02]})
+@pytest.mark.parametrize(
+    ("surrogate", "mse_of_affine", "said"), [("affine", 1.0, []), ("persistence", 9.0, ["persistence: 9.0"])]
+)
+def test_front_without_replicas_has_no_bands(tmp_path, surrogate, mse_of_affine, said):
+    """Also where no point lies within the axis, which the affine map is on all the same."""
+    columns = {"surrogate": [surrogate], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
+    points = pd.DataFrame(columns | {"mse_of_affine": [mse_of_affine], "density_error": [0.004], "rdf_error": [0.02]})
     figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan}, np.nan)
     assert [len(axes.patches) for axes in figure.axes] == [0, 0, 0]
-    save_figure(figure, tmp_path / "front.png")
-    assert is_drawn(tmp_path / "front.png")
-
-
-def test_front_without_any_affine_map_within_the_axis(tmp_path):
-    columns = {"surrogate": ["persistence"], "input_last_frame": [10], "cost_share_of_full_dem": [0.1]}
-    points = pd.DataFrame(columns | {"mse_of_affine": [9.0], "density_error": [0.004], "rdf_error": [0.02]})
-    figure = plot_front.draw_front(points, {"density_error": np.nan, "rdf_error": np.nan}, np.nan)
     low, high = figure.axes[0].get_ylim()
     assert low < 1 < high
-    assert "persistence: 9.0" in texts(figure.axes[0])
+    assert set(said) <= set(texts(figure.axes[0].texts))
+    check_saved(figure, tmp_path / "front.png")
 
 
 def test_skill_below_the_axis_is_written(tmp_path):
@@ -195,9 +173,8 @@ def test_skill_below_the_axis_is_written(tmp_path):
     )
     figure = plot_skill.draw_skill(skill)
     axes = figure.axes[0]
-    assert texts(axes) == ["1: −6.5", "2", "1", "2", "affine map", "perturbation floor"]
-    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["persistence", "affine"]
+    assert texts(axes.texts) == ["1: −6.5", "2", "1", "2", "affine map", "perturbation floor"]
+    assert texts(axes.get_yticklabels()) == ["persistence", "affine"]
     dots = [line.get_xdata()[0] for line in axes.lines if line.get_marker() in ("o", "<")]
     assert dots == [-1.0, -0.5, 0.0, 0.0]
-    save_figure(figure, tmp_path / "skill.png")
-    assert is_drawn(tmp_path / "skill.png")
+    check_saved(figure, tmp_path / "skill.png")

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.image import imread
 
 import plot_relaxation
-from script_calls import call
+from pictures import is_drawn, recorded_calls, texts
+from script_runs import run_script
 from slurrycast.evaluation.noise import COLUMNS, Noise
 from slurrycast.evaluation.relaxation import Structure, enough_steps, mean_errors, relaxation_errors
 
@@ -64,17 +64,13 @@ def table(within: dict[str, dict[int, list[bool]]]) -> pd.DataFrame:
 
 
 def test_enough_steps_are_those_after_which_all_slurries_are_within():
-    found = enough_steps(
-        table(
-            {
-                "soon": {500: [True, True], 2000: [True, True]},
-                "late": {2000: [True, True], 500: [True, False]},
-                "beyond": {500: [True, True], 2000: [True, False]},
-                "never": {500: [False, True], 2000: [True, False]},
-            }
-        )
-    )
-    assert found == {"soon": [500, 2000], "late": [2000], "beyond": [500], "never": []}
+    within = {
+        "soon": {500: [True, True], 2000: [True, True]},
+        "late": {2000: [True, True], 500: [True, False]},
+        "beyond": {500: [True, True], 2000: [True, False]},
+        "never": {500: [False, True], 2000: [True, False]},
+    }
+    assert enough_steps(table(within)) == {"soon": [500, 2000], "late": [2000], "beyond": [500], "never": []}
 
 
 def test_means_are_over_the_slurries():
@@ -92,26 +88,25 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
     rows.loc[(rows.surrogate == "affine") & (rows.steps == 500), "density_in_sd"] = [0.2, 0.4]
     rows.loc[rows.surrogate == "vgg16", "density_in_sd"] = 0.0  # has no place on a logarithmic axis
     rows.to_csv(tmp_path / "relaxation.csv", index=False)
-    drawn = {}
-    original = plot_relaxation.draw_relaxation
-    monkeypatch.setattr(plot_relaxation, "draw_relaxation", lambda *given: drawn.setdefault("figure", original(*given)))
-    words = ["--relaxation", tmp_path / "relaxation.csv", "--rdf-tolerance", 3]
-    call(plot_relaxation, *words, "--figure", tmp_path / "relaxation.png")
-    density, rdf = drawn["figure"].axes
+    calls = recorded_calls(monkeypatch, plot_relaxation, "draw_relaxation")
+    options = {"relaxation": tmp_path / "relaxation.csv", "rdf_tolerance": 3, "figure": tmp_path / "relaxation.png"}
+    assert run_script(plot_relaxation, **options).returncode == 0
+    figure = calls[0][1]
+    density, rdf = figure.axes
     lines = {line.get_label(): line for line in density.lines}
     assert list(lines) == ["affine", "early_dem_x2", "vgg16"]
     np.testing.assert_allclose(lines["affine"].get_xydata(), [[20, 2.5], [500, 0.3]])
     assert [axes.get_title() for axes in (density, rdf)] == ["Density (band: 2)", "RDF, all particles (band: 3)"]
     bands = [axes.patches[0].get_extents().transformed(axes.transData.inverted()).y1 for axes in (density, rdf)]
     assert bands == pytest.approx([2.0, 3.0])
-    legend = [text.get_text() for text in drawn["figure"].legends[0].get_texts()]
+    legend = texts(figure.legends[0].get_texts())
     assert sorted(legend) == ["affine", "early_dem_x2", "noise of the DEM: within the band", "vgg16"]
-    pixels = imread(tmp_path / "relaxation.png")[..., :3]
-    assert pixels.std() > 0.02
+    assert is_drawn(tmp_path / "relaxation.png")
 
 
 def test_an_empty_table_is_refused(tmp_path):
     table({}).to_csv(tmp_path / "relaxation.csv", index=False)
-    words = ["--relaxation", tmp_path / "relaxation.csv", "--rdf-tolerance", 3]
-    with pytest.raises(plot_relaxation.InputError, match="no relaxation in it"):
-        call(plot_relaxation, *words, "--figure", tmp_path / "relaxation.png")
+    options = {"relaxation": tmp_path / "relaxation.csv", "rdf_tolerance": 3, "figure": tmp_path / "relaxation.png"}
+    done = run_script("plot_relaxation", **options)
+    assert done.returncode == 1
+    assert "no relaxation in it" in done.stderr

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import subprocess
 from dataclasses import asdict
 
 import numpy as np
@@ -12,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import compare_article_costs
-from slurrycast.data.tables import read_table
+from script_runs import written
 from slurrycast.evaluation.power_law import power_law
 from slurrycast.evaluation.speedup import (
     HYBRID_PARTS,
@@ -197,10 +196,10 @@ def test_terms_of_the_reference_article():
     assert shares["share of hybrid: relaxation"] == pytest.approx(100 * 12 / hybrid_s)
 
 
-def test_the_tables_are_written(tmp_path, command):
+def test_the_tables_are_written(tmp_path):
     """compare_costs, fit_costs and compare_article_costs, one after the other."""
-    paths = {name: tmp_path / f"{name}.csv" for name in ("cost", "equilibrium", "speedup", "scaling", "article")}
-    cost_table().to_csv(paths["cost"], index=False)
+    paths = {name: tmp_path / f"{name}.csv" for name in ("cost_table", "equilibrium", "speedup")}
+    cost_table().to_csv(paths["cost_table"], index=False)
     EQUILIBRIUM.to_csv(paths["equilibrium"], index=False)
     runs = []
     for slurry, run in RUNS.items():
@@ -210,28 +209,13 @@ def test_the_tables_are_written(tmp_path, command):
     for row in cost_table().to_dict("records"):
         records.append(tmp_path / f"cost_{len(records)}.json")
         records[-1].write_text(json.dumps(asdict(Cost(**row))))
-    tables = {"cost_table": paths["cost"], "equilibrium": paths["equilibrium"]}
-    steps = [f"{label}={step}" for label, step in STEPS.items()]
-    for words in (
-        command("compare_costs", **tables, run_json=runs, input_steps=steps, table=paths["speedup"]),
-        command(
-            "fit_costs",
-            costs=records,
-            equilibrium=paths["equilibrium"],
-            run_json=runs,
-            input_steps=steps,
-            learns_from_dem=["net"],
-            table=paths["scaling"],
-        ),
-        command(
-            "compare_article_costs",
-            speedup=paths["speedup"],
-            equilibrium=paths["equilibrium"],
-            table=paths["article"],
-        ),
-    ):
-        subprocess.run(words, check=True)
-    speedup, fitted, article = (read_table(paths[name]) for name in ("speedup", "scaling", "article"))
+    equilibrium = paths["equilibrium"]
+    of_runs = {"equilibrium": equilibrium, "run_json": runs}
+    of_runs["input_steps"] = [f"{label}={step}" for label, step in STEPS.items()]
+    speedup = written("compare_costs", paths["speedup"], cost_table=paths["cost_table"], **of_runs)
+    fitted = written("fit_costs", tmp_path / "scaling.csv", costs=records, **of_runs, learns_from_dem="net")
+    from_tables = {"speedup": paths["speedup"], "equilibrium": equilibrium}
+    article = written("compare_article_costs", tmp_path / "article.csv", **from_tables)
     assert list(speedup.clock) == ["wall_s"] * 6 + ["cpu_s"] * 6
     assert list(zip(fitted.surrogate, fitted.clock, strict=True)) == [
         (label, clock) for clock in ("wall_s", "cpu_s") for label in STEPS
