@@ -1,7 +1,6 @@
 """The training range: closed forms, recipes that round differently, and the script on small slurries."""
 
 import itertools
-import subprocess
 
 import numpy as np
 import pandas as pd
@@ -9,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from script_runs import refusal, run_script, written
 from slurrycast.analysis.training_range import (
     RATIO_TOLERANCE,
     State,
@@ -22,27 +22,18 @@ from slurrycast.analysis.training_range import (
     types_of,
 )
 from slurrycast.data.frames import Particles
-from slurrycast.data.tables import read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.runtime.costs import read_cost
 from structures import frame, write_store
 
-PHASES = {
-    "BDPD": {
-        "density_g_cm3": 0.8,
-        "mass_fraction": 0.13,
-        "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
-    },
-    "NiO": {
-        "density_g_cm3": 6.67,
-        "mass_fraction": 0.87,
-        "size_classes": [
-            {"diameter_um": 0.5, "number_fraction": 0.2},
-            {"diameter_um": 0.7, "number_fraction": 0.7},
-            {"diameter_um": 1.3, "number_fraction": 0.1},
-        ],
-    },
-}
+
+def phase(density_g_cm3: float, mass_fraction: float, sizes: dict[float, float]) -> dict:
+    """A phase of these number fractions by diameter in um."""
+    classes = [{"diameter_um": diameter, "number_fraction": fraction} for diameter, fraction in sizes.items()]
+    return {"density_g_cm3": density_g_cm3, "mass_fraction": mass_fraction, "size_classes": classes}
+
+
+PHASES = {"BDPD": phase(0.8, 0.13, {1.1: 1.0}), "NiO": phase(6.67, 0.87, {0.5: 0.2, 0.7: 0.7, 1.3: 0.1})}
 EXACT = ("particles", "shortest_edge_um", "longest_edge_um", "density_g_cm3")
 
 
@@ -127,19 +118,15 @@ def test_slurries_of_one_recipe_have_one_composition(mass_pg, training_mass_pg):
 
 
 @pytest.mark.parametrize(
-    ("other", "outside"),
+    ("binder", "oxide", "outside"),
     [
-        ({"mass_fraction": 0.16}, {"fraction_BDPD", "fraction_NiO", "mean_radius_um"}),
-        ({"size_classes": [{"diameter_um": 1.3, "number_fraction": 1.0}]}, {"fraction_BDPD", "fraction_NiO"}),
+        ({"mass_fraction": 0.16}, {"mass_fraction": 0.84}, {"fraction_BDPD", "fraction_NiO", "mean_radius_um"}),
+        (phase(0.8, 0.13, {1.3: 1.0}), {}, {"fraction_BDPD", "fraction_NiO"}),
     ],
 )
-def test_another_recipe_is_outside(other, outside):
-    phases = {"BDPD": PHASES["BDPD"] | other, "NiO": PHASES["NiO"]}
-    if "mass_fraction" in other:
-        phases["NiO"] = PHASES["NiO"] | {"mass_fraction": 1 - other["mass_fraction"]}
-    own = slurry(2000.0, phases=phases)
-    training = [slurry(2000.0), slurry(1000.0)]
-    found = compare_with_training(own, training)
+def test_another_recipe_is_outside(binder, oxide, outside):
+    own = slurry(2000.0, phases={"BDPD": PHASES["BDPD"] | binder, "NiO": PHASES["NiO"] | oxide})
+    found = compare_with_training(own, [slurry(2000.0), slurry(1000.0)])
     assert outside <= {name for name, values in found.items() if values.outside}
 
 
@@ -165,10 +152,8 @@ def test_size_and_shape_outside():
 
 @pytest.mark.parametrize(("factor", "outside"), [(1 + RATIO_TOLERANCE, False), (1 + 4 * RATIO_TOLERANCE, True)])
 def test_rounding_of_the_thickness_ratio(factor, outside):
-    assert (
-        compare_with_training(slurry(500.0, (3.0, 3.0, 6.0 * factor)), [slurry(500.0)])["thickness_ratio"].outside
-        == outside
-    )
+    found = compare_with_training(slurry(500.0, (3.0, 3.0, 6.0 * factor)), [slurry(500.0)])
+    assert found["thickness_ratio"].outside == outside
 
 
 def test_ranges_that_touch_are_inside():
@@ -207,22 +192,19 @@ def frames_of(tmp_path):
     return write
 
 
-def test_script_writes_the_table(frames_of, command, tmp_path):
+@pytest.fixture
+def outputs(tmp_path) -> dict:
+    """Options for what the script writes."""
+    return {"table": tmp_path / "training_range.csv", "cost": tmp_path / "cost.json"}
+
+
+def test_script_writes_the_table(frames_of, outputs):
     training = [frames_of("T1", slurry(300.0)), frames_of("T2", slurry(500.0, (3.0, 3.0, 7.0)))]
     predicted = [frames_of("V1", slurry(300.0)), frames_of("007", slurry(700.0, (3.0, 3.0, 6.5)))]
-    table, cost = tmp_path / "training_range.csv", tmp_path / "cost.json"
-    words = command(
-        "check_training_range",
-        training=training,
-        predicted=predicted,
-        roles=["validation", "test"],
-        last_input_frame=10,
-        table=table,
-        cost=cost,
-    )
-    said = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+    options = {"training": training, "predicted": predicted, "roles": ["validation", "test"], "last_input_frame": 10}
+    rows = written("check_training_range", **options, **outputs)
+    said = run_script("check_training_range", **options, **outputs).stdout
     assert said == "[007] outside the training range: particles, density_g_cm3\n"
-    rows = read_table(table)
     assert list(rows.columns) == ["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"]
     assert list(zip(rows.slurry, rows.role, strict=True)) == [("V1", "validation")] * 8 + [("007", "test")] * 8
     assert set(rows.outside[rows.slurry == "V1"]) == {"no"}
@@ -231,7 +213,7 @@ def test_script_writes_the_table(frames_of, command, tmp_path):
     counts = [len(recipe(mass_pg)) for mass_pg in (700.0, 300.0, 500.0)]
     assert own.loc["particles", ["value", "training_min", "training_max"]].tolist() == counts
     assert own.loc["longest_edge_um", ["value", "training_min", "training_max"]].tolist() == [6.5, 6, 7]
-    assert read_cost(cost).stage == "check_training_range"
+    assert read_cost(outputs["cost"]).stage == "check_training_range"
 
 
 def test_densities_of_earlier_frames_belong_to_the_range():
@@ -244,7 +226,7 @@ def test_densities_of_earlier_frames_belong_to_the_range():
     assert compare_with_training(looser, training, [least])["longest_edge_um"].outside  # nothing else widens
 
 
-def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
+def test_script_reads_the_densities_of_earlier_frames(tmp_path, outputs):
     """Of a slurry that gets denser from frame 8 to 10; the other one is at frame 10 as dense as that at 9."""
     nowhere_um = np.zeros((len(recipe(300.0)), 3))
     for name, numbers in (("T1", (8, 9, 10)), ("2", (10,))):
@@ -254,41 +236,31 @@ def test_script_reads_the_densities_of_earlier_frames(tmp_path, command):
             frames.append(frame(number, nowhere_um, edges_um))
         write_store(tmp_path / f"{name}.h5", frames, slurry(300.0).particles, slurry=name)
     options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
-    options |= {"table": tmp_path / "a.csv", "cost": tmp_path / "c.json"}
     for first, outside in ((8, "no"), (9, "no"), (10, "yes")):
-        subprocess.run(command("check_training_range", **options, first_frame_seen=first), check=True)
-        rows = read_table(tmp_path / "a.csv").set_index("quantity")
+        rows = written("check_training_range", **options, **outputs, first_frame_seen=first).set_index("quantity")
         assert rows.outside["density_g_cm3"] == outside
-    done = subprocess.run(
-        command("check_training_range", **options, first_frame_seen=11), capture_output=True, text=True
-    )
+    done = run_script("check_training_range", **options, **outputs, first_frame_seen=11)
     assert done.returncode == 2
     assert done.stderr == "error: --first-frame-seen 11: must be from 0 to --last-input-frame 10\n"
 
 
-def test_script_refuses_what_does_not_fit(frames_of, command, tmp_path):
-    options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10}
-    options |= {"table": tmp_path / "training_range.csv", "cost": tmp_path / "cost.json"}
-
-    def error(path, **changes) -> str:
-        words = command("check_training_range", predicted=path, **{**options, "roles": "test", **changes})
-        return subprocess.run(words, capture_output=True, text=True).stderr
-
+def test_script_refuses_what_does_not_fit(frames_of, outputs):
+    options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10, **outputs}
     other = frames_of("1", slurry(300.0, phases={"Ni": PHASES["BDPD"], "NiO": PHASES["NiO"]}))
-    assert error(other) == f"error: {other}: has other phases than {options['training']}\n"
     late = frames_of("2", slurry(300.0), number=11)
-    assert error(late) == f"error: {late}: frame 10 is not in the file, which holds frames 11 to 11\n"
-    assert error(late, roles=["test", "new"]).endswith("1 --predicted but 2 --roles: one each is needed\n")
-    assert not (tmp_path / "training_range.csv").exists()
+    for path, said in (
+        (other, f"has other phases than {options['training']}"),
+        (late, "frame 10 is not in the file, which holds frames 11 to 11"),
+    ):
+        assert refusal("check_training_range", predicted=path, roles="test", **options) == f"error: {path}: {said}\n"
+    said = run_script("check_training_range", predicted=late, roles=["test", "new"], **options).stderr
+    assert said.endswith("1 --predicted but 2 --roles: one each is needed\n")
 
 
-def test_table_reads_back_as_it_was_compared(frames_of, command, tmp_path):
+def test_table_reads_back_as_it_was_compared(frames_of, outputs):
     """9 digits in the table do not decide what is outside: the numbers are compared before."""
     path = frames_of("T1", slurry(300.0))
     options = {"training": path, "predicted": path, "roles": "new", "last_input_frame": 10}
-    subprocess.run(
-        command("check_training_range", **options, table=tmp_path / "a.csv", cost=tmp_path / "c.json"), check=True
-    )
-    rows = read_table(tmp_path / "a.csv")
+    rows = written("check_training_range", **options, **outputs)
     assert set(rows.outside) == {"no"}
     pd.testing.assert_series_equal(rows.value, rows.training_min, check_names=False)

@@ -139,8 +139,8 @@ def test_equal_cost_is_half_way_in_the_logarithm_whatever_the_input_frames():
     assert list(rows.note) == ["", ""]
 
 
-# what costs as much as, or less or more than, all that early_dem offers
-WORSE = [("early_dem_x3_f05", 5, 0.2, 0.001), ("early_dem_x1", 10, 0.6, 0.002)]  # dearer, with a larger error
+# Dearer than those of EARLY, with a larger error
+WORSE = [("early_dem_x3_f05", 5, 0.2, 0.001), ("early_dem_x1", 10, 0.6, 0.002)]
 
 
 @pytest.mark.parametrize(

@@ -1,37 +1,30 @@
 """measure_structure.py on the small slurry of a real DEM."""
 
-import subprocess
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
 
-import measure_structure
-from script_calls import call
+from script_runs import run_script
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.tables import read_table
 
 CUTOFF_UM, BINS = 7.0, 120
 PAIRS = ["all", "BDPD-BDPD", "BDPD-NiO", "BDPD-8YSZ", "NiO-NiO", "NiO-8YSZ", "8YSZ-8YSZ"]
-QUANTITIES = [
-    "particles",
-    "density_g_cm3",
-    *(f"coordination_{pair}" for pair in PAIRS),
-    "overlap_mean",
-    "overlap_max",
-    "packing_nominal",
-    "packing_union",
-]
+COORDINATION = [f"coordination_{pair}" for pair in PAIRS]
+OVERLAP_AND_PACKING = ["overlap_mean", "overlap_max", "packing_nominal", "packing_union"]
+QUANTITIES = ["particles", "density_g_cm3", *COORDINATION, *OVERLAP_AND_PACKING]
 
 
 @pytest.fixture
-def measure(command, tmp_path):
-    """Run the script with these inputs; return the finished process and the paths of its tables."""
+def measure(tmp_path):
+    """Run the script with these inputs; return the finished run and the paths of its tables."""
 
-    def start(**inputs: object) -> tuple[subprocess.CompletedProcess, list]:
+    def start(**inputs: object) -> tuple[CompletedProcess, list]:
         outputs = {name: tmp_path / f"{name}.csv" for name in ("structure", "rdf")}
-        words = command("measure_structure", **inputs, **outputs, cutoff_um=CUTOFF_UM, bins=BINS)
-        return subprocess.run(words, capture_output=True, text=True), list(outputs.values())
+        done = run_script("measure_structure", **inputs, **outputs, cutoff_um=CUTOFF_UM, bins=BINS)
+        return done, list(outputs.values())
 
     return start
 
@@ -90,14 +83,11 @@ def test_predicted_and_relaxed_structures_each_in_its_own_box(slurry, measure, h
     "inputs",
     [{}, {"dem": "a"}, {"dem": "a", "target_frame": 1, "relaxed": "b"}, {"predicted": "a"}, {"relaxed": "b"}],
 )
-def test_other_mixes_of_inputs_are_refused(slurry, command, tmp_path, capsys, inputs):
+def test_other_mixes_of_inputs_are_refused(slurry, measure, inputs):
     files = {name: slurry / "frames.h5" if value in ("a", "b") else value for name, value in inputs.items()}
-    outputs = {name: tmp_path / name for name in ("structure", "rdf")}
-    words = command("measure_structure", **files, **outputs, cutoff_um=CUTOFF_UM, bins=BINS)
-    with pytest.raises(SystemExit) as end:
-        call(measure_structure, *words[2:])
-    assert end.value.code == 2
-    assert "either --dem and --target-frame, or --predicted and --relaxed are needed" in capsys.readouterr().err
+    done, _ = measure(**files)
+    assert done.returncode == 2
+    assert "either --dem and --target-frame, or --predicted and --relaxed are needed" in done.stderr
 
 
 def test_a_frame_that_is_not_there_is_named(slurry, measure):

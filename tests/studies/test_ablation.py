@@ -1,12 +1,12 @@
 """The table of the ablation, of made-up curves and skills, and models that come from elsewhere."""
 
 import json
-import subprocess
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from script_runs import run_script
 from slurrycast.data.dataset import TrainingSet, write_training_set
 from slurrycast.data.tables import read_table
 from slurrycast.surrogates import vgg16
@@ -17,7 +17,7 @@ NAMES = ("phase", "radius_um", "x_um", "y_um", "z_um", "coordination")
 
 
 @pytest.fixture
-def run(command, tmp_path):
+def run(tmp_path):
     """Tabulate; the MSE of a label is 0.1 x (its row + place of the slurry), in a training set of one small slurry."""
     rows = [
         {"surrogate": label, "slurry": slurry, "mse_um2": 0.1 * (row + place), "mse_affine_um2": 0.5, "floor_um2": 0}
@@ -26,17 +26,12 @@ def run(command, tmp_path):
         for place, slurry in enumerate(ROLES)
     ]
     pd.DataFrame(rows).to_csv(tmp_path / "skill.csv", index=False)
-    n, edges_um = 4, np.array([[[8.0, 8, 8], [6, 6, 6]]])
-    features = np.ones((n, 2, 6))
+    edges_um = np.array([[[8.0, 8, 8], [6, 6, 6]]])
     targets = np.array([[0.5, 0.5, 0.5], [0.8, 0.5, 0.5], [9, 9, 9], [9, 9, 9]])  # affine: 1 / 6 x 3 = 0.5
     held = np.array([True, True, False, False])
-    index = np.zeros(n, dtype=int)
-    final_um = np.full((1, 3), 3.0)
-    write_training_set(
-        tmp_path / "training.h5",
-        TrainingSet(features, targets, index, ("T1",), np.arange(n), held, NAMES, (9, 10), 120, edges_um, final_um),
-        seed=1,
-    )
+    of_particles = (np.zeros(4, dtype=int), ("T1",), np.arange(4), held)
+    data = TrainingSet(np.ones((4, 2, 6)), targets, *of_particles, NAMES, (9, 10), 120, edges_um, np.full((1, 3), 3.0))
+    write_training_set(tmp_path / "training.h5", data, seed=1)
 
     def start(labels=LABELS, roles=ROLES, epochs=3):
         histories = []
@@ -46,8 +41,8 @@ def run(command, tmp_path):
             pd.DataFrame(curve)[:epochs].assign(val_mae=1).to_csv(histories[-1], index=False)
         paths = {"dataset": "training.h5", "skill": "skill.csv", "table": "ablation.csv"}
         options = {name: tmp_path / file for name, file in paths.items()}
-        words = command("tabulate_ablation", surrogates=labels, histories=histories, roles=json.dumps(roles), **options)
-        return subprocess.run(words, capture_output=True, text=True)
+        options |= {"surrogates": labels, "histories": histories, "roles": json.dumps(roles)}
+        return run_script("tabulate_ablation", **options)
 
     return start
 
@@ -114,13 +109,13 @@ def test_what_does_not_fit_is_refused_on_one_line(run, changes, message):
     ("label", "width", "wanted"),
     [("vgg16", 6, 6), ("vgg16_box", 9, 9), ("vgg16_box_nobox", 6, 6), ("vgg16_box_xu", 6, 9), ("vgg16", 9, 6)],
 )
-def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(command, tmp_path, label, width, wanted, monkeypatch):
+def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(tmp_path, label, width, wanted, monkeypatch):
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,),))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
     vgg16.build(4, width).save(tmp_path / "trained.keras")
     options = {name: tmp_path / file for name, file in (("trained", "trained.keras"), ("model", "out.keras"))}
     options |= {"history": tmp_path / "out.csv", "cost": tmp_path / "cost.json", "input_frames": [7, 8, 9, 10]}
-    done = subprocess.run(command("adopt_model", surrogate=label, **options), capture_output=True, text=True)
+    done = run_script("adopt_model", surrogate=label, **options)
     if width == wanted:
         assert done.returncode == 0, done.stderr
         assert (tmp_path / "out.keras").read_bytes() == (tmp_path / "trained.keras").read_bytes()

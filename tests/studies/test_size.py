@@ -2,37 +2,36 @@
 
 import itertools
 import json
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.image import imread
 
 import plot_sizes
+from pictures import check_saved, texts
+from script_runs import refusal, run_script, written
 from slurrycast.data.frames import Frame
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.size import outside_share, shrink_time_us
-from slurrycast.report.figures import save_figure
 from structures import frame, write_store
 
 DEM_END_EDGE_UM = 4.0
 LAST_INPUT_EDGE_UM = 5.0
 
 
-def test_crossing_is_interpolated():
-    # 0.75 x 8 = 6 lies half way between 7 and 5
-    assert shrink_time_us(np.array([0.0, 1, 3, 4]), np.array([8.0, 7, 5, 4])) == pytest.approx(2.0)
-    assert shrink_time_us(np.array([0.0, 2]), np.array([8.0, 6])) == pytest.approx(2.0)
-
-
-def test_first_crossing_counts():
-    assert shrink_time_us(np.array([0.0, 1, 2, 3]), np.array([8.0, 6, 7, 5])) == pytest.approx(1.0)
-
-
-def test_no_crossing():
-    assert np.isnan(shrink_time_us(np.array([0.0, 1]), np.array([8.0, 6.1])))
+@pytest.mark.parametrize(
+    ("time_us", "edge_um", "expected_us"),
+    [
+        ([0, 1, 3, 4], [8, 7, 5, 4], 2),  # 0.75 x 8 = 6 lies half way between 7 and 5
+        ([0, 2], [8, 6], 2),
+        ([0, 1, 2, 3], [8, 6, 7, 5], 1),  # the first crossing counts
+        ([0, 1], [8, 6.1], np.nan),
+    ],
+)
+def test_time_in_which_a_box_shrinks(time_us, edge_um, expected_us):
+    found_us = shrink_time_us(np.array(time_us, dtype=float), np.array(edge_um, dtype=float))
+    assert found_us == pytest.approx(expected_us, nan_ok=True)
 
 
 def test_outside_share():
@@ -74,10 +73,9 @@ def study(tmp_path) -> dict:
         dem_files(tmp_path, slurry, mass, 10 * mass**0.3, 1e4 * mass**-0.2, reach_um)
         for slurry, (mass, _, reach_um) in sizes.items()
     ]
-    known = {"slurry": list(sizes), "role": [size[1] for size in sizes.values()]}
-    known["mass_units"] = [size[0] for size in sizes.values()]
-    known |= {"thickness_ratio": 2.0, "particles": [round(100 * mass) for mass in known["mass_units"]], "warning": ""}
-    pd.DataFrame(known).to_csv(tmp_path / "equilibrium.csv", index=False)
+    known = pd.DataFrame({name: size[:2] for name, size in sizes.items()}, index=["mass_units", "role"]).T
+    known = known.rename_axis("slurry").assign(thickness_ratio=2.0, particles=100 * known.mass_units, warning="")
+    known.to_csv(tmp_path / "equilibrium.csv")
     structures = {"predicted": [], "relaxed": []}
     # The predicted box is 0.9 of the DEM's edge; coordinates stand for 0.8 of the last input box, the DEM's end.
     for surrogate, slurry in (("affine", "V1"), ("affine", "6")):
@@ -98,9 +96,8 @@ def study(tmp_path) -> dict:
     }
 
 
-def test_tables(study, command):
-    subprocess.run(command("compare_sizes", **study), check=True)
-    table, clock = read_table(study["table"]), read_table(study["clock"])
+def test_tables(study):
+    table, clock = written("compare_sizes", **study), read_table(study["clock"])
     assert list(table.columns) == [
         *("surrogate", "slurry", "role", "mass_units", "thickness_ratio", "particles", "pressure_damping_us"),
         *("shrink_time_us", "last_input_density_g_cm3", "outside_share", "predicted_volume_error"),
@@ -120,10 +117,9 @@ def test_tables(study, command):
     np.testing.assert_allclose(clock.iloc[0], [4, 0.3, 0, -0.2], atol=1e-6)
 
 
-def test_slurry_that_does_not_shrink_is_left_out(study, command):
+def test_slurry_that_does_not_shrink_is_left_out(study):
     pd.DataFrame({"time_us": [0.0, 9], "lx_um": [8.0, 7.0]}).to_csv(study["thermo"][3], index=False)
-    subprocess.run(command("compare_sizes", **study), check=True)
-    assert read_table(study["table"]).shrink_time_us.isna().to_list() == [False, True]
+    assert written("compare_sizes", **study).shrink_time_us.isna().to_list() == [False, True]
     np.testing.assert_allclose(read_table(study["clock"]).iloc[0], [3, 0.3, 0, -0.2], atol=1e-6)
 
 
@@ -135,14 +131,12 @@ def test_slurry_that_does_not_shrink_is_left_out(study, command):
         ({"relaxed": slice(None, None, -1)}, "not the slurry of"),
     ],
 )
-def test_bad_input(study, command, changes, message):
+def test_bad_input(study, changes, message):
     for name, part in changes.items():
         study[name] = study[name][part]
-    result = subprocess.run(command("compare_sizes", **study), capture_output=True, text=True)
-    assert result.returncode == 1
-    assert result.stderr.startswith("error: ")
-    assert message in result.stderr
-    assert not study["table"].exists()
+    said = refusal("compare_sizes", **study)
+    assert said.startswith("error: ")
+    assert message in said
 
 
 def errors(scale: float) -> pd.DataFrame:
@@ -164,18 +158,16 @@ def test_figure(tmp_path):
         assert sorted(dots) == pytest.approx(sorted(100 * scale * errors(1.0).predicted_volume_error))
         levels = [line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"]
         assert levels == pytest.approx([100 * (16443 / 20390 - 1)])
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+    assert texts(figure.legends[0].get_texts()) == [
         *("affine", "vgg16", "thickness ratio 1", "thickness ratio 3.5", "reference article, slurry 6: −19 %"),
     ]
-    save_figure(figure, tmp_path / "sizes.png")
-    assert np.mean(np.any(imread(tmp_path / "sizes.png")[..., :3] < 0.9, axis=-1)) > 0.01
+    check_saved(figure, tmp_path / "sizes.png")
 
 
-def test_figure_of_one_run(command, tmp_path):
+def test_figure_of_one_run(tmp_path):
     errors(1.0).to_csv(tmp_path / "a=b.csv", index=False)
-    figure = tmp_path / "sizes.png"
-    subprocess.run(command("plot_sizes", tables=[f"size={tmp_path / 'a=b.csv'}"], figure=figure), check=True)
+    tables, figure = [f"size={tmp_path / 'a=b.csv'}"], tmp_path / "sizes.png"
+    assert run_script("plot_sizes", tables=tables, figure=figure).returncode == 0
     assert figure.stat().st_size > 10_000
-    twice = [f"size={tmp_path / 'a=b.csv'}"] * 2
-    result = subprocess.run(command("plot_sizes", tables=twice, figure=figure), capture_output=True, text=True)
-    assert result.stderr == "error: --tables: the names size, size must differ\n"
+    said = run_script("plot_sizes", tables=tables * 2, figure=figure).stderr
+    assert said == "error: --tables: the names size, size must differ\n"

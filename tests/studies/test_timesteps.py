@@ -1,15 +1,15 @@
 """The timestep study on made-up runs whose answer is known, from their files to tables and figure."""
 
 import json
-import subprocess
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from PIL import Image
 
 from compare_timesteps import QUANTITIES
+from configurations import load
+from script_runs import run_script
 from slurrycast.data.tables import read_table
 
 # timestep (us), seed, density (g/cm3), height of the RDF's peak
@@ -31,9 +31,9 @@ BINS = 40
 
 
 @pytest.fixture
-def study(root, tmp_path):
+def study(tmp_path):
     """Options of compare_timesteps.py for the made-up runs, whose files are written."""
-    config = yaml.safe_load((root / "config" / "config.yaml").read_text())
+    config = load("config")
     options = {name: [] for name in ("run_json", "thermo", "structure", "rdf")}
     for timestep_us, seed, density_g_cm3, peak in RUNS:
         stem = f"V1_dt{round(timestep_us * 1e6)}ps_s{seed}"
@@ -52,17 +52,11 @@ def study(root, tmp_path):
         paths["run_json"].write_text(json.dumps(run))
         time_us = np.arange(0, 121.0)
         # within 0.1 % of the end from 57 us on
-        thermo = pd.DataFrame(
-            {"time_us": time_us, "density_g_cm3": density_g_cm3 * (1 - 0.5 * np.exp(-(time_us + 5.2) / 10))}
-        )
+        density_g_cm3_of_time = density_g_cm3 * (1 - 0.5 * np.exp(-(time_us + 5.2) / 10))
+        thermo = pd.DataFrame({"time_us": time_us, "density_g_cm3": density_g_cm3_of_time})
         thermo.to_csv(paths["thermo"], index=False)
-        quantities = {
-            "particles": 600,
-            "density_g_cm3": density_g_cm3,
-            "coordination_all": 6.5,
-            "overlap_mean": OVERLAPS[timestep_us, seed],
-            "overlap_max": 0.03,
-        }
+        quantities = {"particles": 600, "density_g_cm3": density_g_cm3, "coordination_all": 6.5, "overlap_max": 0.03}
+        quantities["overlap_mean"] = OVERLAPS[timestep_us, seed]
         structure = pd.DataFrame({"quantity": quantities.keys(), "value": quantities.values()})
         structure.assign(surrogate="-", slurry=stem, stage="target").to_csv(paths["structure"], index=False)
         bins = BINS + (seed == 2)  # the range of a curve is that of its own box
@@ -75,12 +69,17 @@ def study(root, tmp_path):
     return {**options, "max_density_difference": 0.005, **outputs}
 
 
-@pytest.fixture
-def tables(study, command):
+def compared(study: dict) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Both tables: of the runs by timestep and seed, and of the timesteps."""
-    subprocess.run(command("compare_timesteps", **study), check=True)
+    done = run_script("compare_timesteps", **study)
+    assert done.returncode == 0, done.stderr
     runs, summary = (read_table(study[name]) for name in ("runs", "summary"))
     return runs.set_index(["timestep_us", "seed"]), summary.set_index("timestep_us")
+
+
+@pytest.fixture
+def tables(study):
+    return compared(study)
 
 
 def test_runs(tables):
@@ -136,29 +135,26 @@ def test_summary(tables):
     assert {f"{quantity}_{of}" for quantity in QUANTITIES for of in ("mean", "sd")} < set(summary.columns)
 
 
-def test_one_seed_gives_no_spread(study, command):
+def test_one_seed_gives_no_spread(study):
     for name in ("run_json", "thermo", "structure", "rdf"):
         study[name] = [study[name][i] for i in (3, 2)]
-    subprocess.run(command("compare_timesteps", **study), check=True)
-    summary = read_table(study["summary"])
+    runs, summary = compared(study)
     assert summary.density_g_cm3_sd.isna().all()
     assert summary.standard_error.isna().to_list() == [False, True]
     assert summary.accepted.to_list() == ["yes", "no"]  # 2.245 is 0.67 % above 2.23
     assert summary.density_difference_bound.isna().to_list() == [False, True]
-    assert read_table(study["runs"]).rdf_difference.isna().all()
+    assert runs.rdf_difference.isna().all()
 
 
-def test_differences_need_no_overlaps(study, command):
+def test_differences_need_no_overlaps(study):
     for path in study["structure"]:
         structure = read_table(path)
         structure.assign(value=structure.value.mask(structure.quantity == "overlap_mean", 0)).to_csv(path, index=False)
-    subprocess.run(command("compare_timesteps", **study), check=True)
-    assert read_table(study["summary"]).overlap_mean_difference.isna().all()
+    assert compared(study)[1].overlap_mean_difference.isna().all()
 
 
-def test_the_summary_line_says_what_is_resolved(study, command):
-    done = subprocess.run(command("compare_timesteps", **study), check=True, capture_output=True, text=True)
-    small, large = done.stdout.splitlines()
+def test_the_summary_line_says_what_is_resolved(study):
+    small, large = run_script("compare_timesteps", **study).stdout.splitlines()
     # 0.22 % and 2 x 0.26 %: within the bound of 0.5 % on the mean, but not shown to be
     assert small.startswith(
         "0.001 us: density accepted: yes, the difference is below 0.74 % at 2 standard errors, so not shown to be "
@@ -169,20 +165,20 @@ def test_the_summary_line_says_what_is_resolved(study, command):
     assert "differs from the smallest timestep in: density_g_cm3 +1.12 % +- 0.34 %, overlap_mean +20.00 %" in large
 
 
-def test_runs_of_different_slurries_are_refused(study, command):
+def test_runs_of_different_slurries_are_refused(study):
     path = study["run_json"][1]
     run = json.loads(path.read_text())
     run["physics"]["slurry"]["mass_units"] = 2.0
     path.write_text(json.dumps(run))
-    result = subprocess.run(command("compare_timesteps", **study), capture_output=True, text=True)
+    result = run_script("compare_timesteps", **study)
     assert result.returncode == 1
     assert result.stderr.startswith(f"error: {path}: ")
     assert "must differ in seed" in result.stderr
     assert not study["runs"].exists()
 
 
-def test_figure(study, tables, root, command, tmp_path):
-    words = command(
+def test_figure(study, tables, root, tmp_path):
+    done = run_script(
         "plot_timesteps",
         runs=study["runs"],
         summary=study["summary"],
@@ -190,6 +186,6 @@ def test_figure(study, tables, root, command, tmp_path):
         max_density_difference=0.005,
         figure=tmp_path / "timesteps.png",
     )
-    subprocess.run(words, check=True)
+    assert done.returncode == 0, done.stderr
     with Image.open(tmp_path / "timesteps.png") as picture:
         assert min(picture.size) > 600
