@@ -126,6 +126,7 @@ def test_density_and_volume(slurry, outputs):
     a, b = slurry("1", 11), slurry("T1", 12)
     structures = {"frames": [b["frames"], a["frames"]], "relaxed": a["predicted"], "target_frame": 120}
     rows = written("measure_density", **structures, **outputs)
+    assert list(rows.columns) == ["surrogate", "slurry", "model", "density_g_cm3", "volume_um3"]
     volume_um3 = 6 * 6 * 12
     assert list(rows.surrogate) == ["-", "-", "vgg16"]
     assert list(rows.slurry) == ["T1", "1", "1"]

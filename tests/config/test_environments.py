@@ -35,23 +35,15 @@ def test_conda_files_install_the_pins_of_the_requirements(path):
     assert {str(requirement) for requirement in map(Requirement, pip)} <= pinned
 
 
-@pytest.mark.parametrize(
-    "name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"]
-)
-def test_every_package_is_pinned_to_one_version(name):
+@pytest.mark.parametrize("name", [*REQUIREMENTS, "constraints.txt"])
+def test_every_package_is_pinned_to_one_version_and_stands_once(name):
+    """For one Python at least: a marker may choose between two versions."""
     found = requirements(name)
     assert found
     for requirement in found:
         assert [specifier.operator for specifier in requirement.specifier] == ["=="], requirement
         assert "*" not in str(requirement.specifier), requirement
-
-
-@pytest.mark.parametrize(
-    "name", ["requirements.txt", "requirements-gpu.txt", "requirements-test.txt", "constraints.txt"]
-)
-def test_no_package_stands_twice(name):
-    """For one Python at least: a marker may choose between two versions."""
-    keys = Counter((canonicalize_name(r.name), str(r.marker)) for r in requirements(name))
+    keys = Counter((canonicalize_name(r.name), str(r.marker)) for r in found)
     assert [key for key, count in keys.items() if count > 1] == []
 
 

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pandas as pd
-import yaml
 
+from configurations import ROOT, load, shipped
+from reference_results import REFERENCE
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.dem.recipe import particle_counts, particle_types
 
 
-def test_time_step_of_the_demo(root):
-    summary = pd.read_csv(root / "results" / "reference" / "timestep" / "timestep_summary.csv").set_index("timestep_us")
+def test_time_step_of_the_demo():
+    summary = pd.read_csv(REFERENCE / "timestep" / "timestep_summary.csv").set_index("timestep_us")
     coarse, fine = summary.loc[2e-3], summary.iloc[0]
     assert coarse.accepted == "yes"
     for quantity in ("coordination_all", "overlap_mean"):
@@ -17,9 +18,9 @@ def test_time_step_of_the_demo(root):
         assert abs(coarse[f"{quantity}_mean"] - fine[f"{quantity}_mean"]) < scatter
 
 
-def test_relaxation(root):
-    runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "relaxation.csv").query("scale == 'demo'")
-    config = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
+def test_relaxation():
+    runs = pd.read_csv(REFERENCE / "relaxation" / "relaxation.csv").query("scale == 'demo'")
+    config = load("config")["relaxation"]
     chosen = runs[
         (runs.start_temperature_k == config["start_temperature_k"])
         & (runs.pressure_damping_us == config["pressure_damping_us"])
@@ -31,12 +32,12 @@ def test_relaxation(root):
     assert cold.abs().min() > chosen.abs().max()  # though in many more steps
 
 
-def test_relaxation_steps_of_some_surrogates(root):
-    runs = pd.read_csv(root / "results" / "reference" / "relaxation" / "steps.csv")
-    default = yaml.safe_load((root / "config" / "config.yaml").read_text())["relaxation"]
-    config = yaml.safe_load((root / "config" / "small.yaml").read_text())
+def test_relaxation_steps_of_some_surrogates():
+    runs = pd.read_csv(REFERENCE / "relaxation" / "steps.csv")
+    default = load("config")["relaxation"]
+    config = load("small")
     own = config["relaxation"]["steps_of"]
-    seen = pd.read_csv(root / config["slurries"], sep="\t").query("role in ('train', 'test')").id
+    seen = pd.read_csv(ROOT / config["slurries"], sep="\t").query("role in ('train', 'test')").id
     assert not set(runs.slurry) & set(seen)
     same = (runs.start_temperature_k == default["start_temperature_k"]) & (
         runs.pressure_damping_us == default["pressure_damping_us"]
@@ -53,31 +54,19 @@ def test_relaxation_steps_of_some_surrogates(root):
     assert affine.notna().all() and abs(affine.mean()) < min(abs(error.mean()) for error in longer)
 
 
-def test_barostat_of_the_larger_scales(root):
-    runs = {
-        scale: pd.read_csv(root / "results" / "reference" / "densification" / f"{scale}_6.csv")
-        for scale in ("demo", "reduced")
-    }
-    config = yaml.safe_load((root / "config" / "config.yaml").read_text())
-    types = particle_types(config["formulation"]["phases"])
-    counts, dense_us = {}, {}
-    for scale in ("demo", "reduced", "full"):
-        name = "config" if scale == "demo" else scale
-        unit_pg = yaml.safe_load((root / "config" / f"{name}.yaml").read_text())["formulation"]["unit_mass_pg"]
-        counts[scale] = int(particle_counts(types, 5 * unit_pg).sum())
+def test_barostat_of_the_larger_scales():
+    folder = REFERENCE / "densification"
+    runs = {scale: pd.read_csv(folder / f"{scale}_6.csv") for scale in ("demo", "reduced")}
+    configurations = {"demo": load("config"), "reduced": shipped("reduced"), "full": shipped("full")}
+    counts, dense_us, run_us = {}, {}, {}
+    for scale, config in configurations.items():
+        types = particle_types(config["formulation"]["phases"])
+        counts[scale] = int(particle_counts(types, 5 * config["formulation"]["unit_mass_pg"]).sum())
+        run_us[scale] = config["dem"]["steps"] * config["dem"]["timestep_us"]
     for scale, run in runs.items():
         dense_us[scale] = run.time_us[run.density_g_cm3 >= 2.0].iloc[0]
-    ratio = {key: np.log(values["reduced"] / values["demo"]) for key, values in (("n", counts), ("t", dense_us))}
-    exponent = ratio["t"] / ratio["n"]
+    exponent = np.log(dense_us["reduced"] / dense_us["demo"]) / np.log(counts["reduced"] / counts["demo"])
     expected_us = dense_us["reduced"] * (counts["full"] / counts["reduced"]) ** exponent
-    dem = {
-        name: yaml.safe_load((root / "config" / f"{name}.yaml").read_text()).get("dem", {})
-        for name in ("full", "reduced")
-    }
     found = equilibrium(runs["reduced"].time_us.to_numpy(), runs["reduced"].density_g_cm3.to_numpy())
-    run_us = {
-        name: (config["dem"] | settings)["steps"] * (config["dem"] | settings)["timestep_us"]
-        for name, settings in dem.items()
-    }
     assert expected_us < run_us["full"]
     assert found.time_to_equilibrium_us < run_us["reduced"]

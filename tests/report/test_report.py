@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imsave
 
+from configurations import load, merged
 from html_pages import Page
 from slurrycast.evaluation.speedup import HYBRID_PARTS, dem_seconds, time_unit
 from slurrycast.evaluation.verdicts import by_verdict, judged
@@ -21,41 +22,21 @@ from slurrycast.report.sections import report_html
 from slurrycast.report.statistics import article_structures, extrapolations, gain_over_affine, relaxation_steps
 from slurrycast.runtime.files import InputError
 
-CONFIG = {
-    "run": {"name": "unit"},
-    "formulation": {
-        "expected_density_g_cm3": 2.24,
-        "unit_mass_pg": 100.0,
-        "phases": {
-            "NiO": {
-                "mass_fraction": 0.6,
-                "density_g_cm3": 6.67,
-                "size_classes": [{"diameter_um": 0.6, "number_fraction": 1.0}],
-            },
-            "BDPD": {
-                "mass_fraction": 0.4,
-                "density_g_cm3": 0.8,
-                "size_classes": [{"diameter_um": 1.1, "number_fraction": 1.0}],
-            },
-        },
+PHASES = {"NiO": (0.6, 6.67, 0.6), "BDPD": (0.4, 0.8, 1.1)}  # mass fraction, g/cm3, um
+CONFIG = merged(
+    load("config"),
+    {
+        "run": {"name": "unit"},
+        "formulation": {"unit_mass_pg": 100.0},
+        "dem": {"steps": 1200},
+        "surrogate": {"names": ["affine", "net"], "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4}},
+        "relaxation": {"steps": 50},
     },
-    "dem": {
-        "timestep_us": 0.002,
-        "steps": 1200,
-        "frames": 121,
-        "pressure_kpa": 101.325,
-        "pressure_damping_us": 2e4,
-        "temperature_k": 300,
-        "ranks": 1,
-    },
-    "learning": {"input_frames": [7, 8, 9, 10], "target_frame": 120},
-    "surrogate": {
-        "names": ["affine", "net"],
-        "model": None,
-        "net": {"epochs": 3, "batch_size": 10, "learning_rate": 1e-4},
-    },
-    "relaxation": {"steps": 50},
-    "analysis": {"rdf_cutoff_um": 7.0, "rdf_bins": 120},
+)
+CONFIG["formulation"]["phases"] = {
+    name: {"mass_fraction": mass_fraction, "density_g_cm3": density_g_cm3}
+    | {"size_classes": [{"diameter_um": diameter_um, "number_fraction": 1.0}]}
+    for name, (mass_fraction, density_g_cm3, diameter_um) in PHASES.items()
 }
 
 
@@ -72,14 +53,12 @@ def model(tmp_path):
         ("Dense", {"units": 3, "activation": "linear", "use_bias": True}),
         ("Unknown", {}),
     ]
-    path = tmp_path / "model.keras"
-    weights = tmp_path / "weights.h5"
+    path, weights = tmp_path / "model.keras", tmp_path / "weights.h5"
+    shapes = {"layers/conv1d/vars/0": (3, 2, 5), "layers/conv1d/vars/1": 5, "layers/dense/vars/0": (10, 3)}
+    shapes |= {"layers/dense/vars/1": 3, "optimizer/vars/0": 999}
     with h5py.File(weights, "w") as file:
-        file["layers/conv1d/vars/0"] = np.zeros((3, 2, 5))
-        file["layers/conv1d/vars/1"] = np.zeros(5)
-        file["layers/dense/vars/0"] = np.zeros((10, 3))
-        file["layers/dense/vars/1"] = np.zeros(3)
-        file["optimizer/vars/0"] = np.zeros(999)
+        for name, shape in shapes.items():
+            file[name] = np.zeros(shape)
     with zipfile.ZipFile(path, "w") as archive:
         config = {"config": {"layers": [{"class_name": kind, "config": settings} for kind, settings in layers]}}
         archive.writestr("config.json", json.dumps(config))

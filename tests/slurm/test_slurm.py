@@ -65,13 +65,8 @@ def wait_for(condition: Callable[[], object], run: subprocess.Popen, seconds: fl
 
 def job_of(environment: dict[str, str], comment: str) -> str:
     """Slurm's id of the running job with this comment."""
-    listed = subprocess.run(
-        ["squeue", "--noheader", "--states=running", "--format=%i %k"],
-        env=environment,
-        check=True,
-        capture_output=True,
-        text=True,
-    ).stdout
+    command = ["squeue", "--noheader", "--states=running", "--format=%i %k"]
+    listed = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
     return next(line.split()[0] for line in listed.splitlines() if line.split()[1] == comment)
 
 
@@ -177,13 +172,8 @@ def test_nothing_is_left_of_a_slurm(tmp_path):
     def fail() -> None:
         with running_slurm(folder) as environment:
             daemons = len(processes_of(folder))
-            job = [
-                "sbatch",
-                "--output",
-                tmp_path / "log",
-                "--wrap",
-                "trap '' TERM; touch begun; sleep 999 & sleep 999",
-            ]
+            script = "trap '' TERM; touch begun; sleep 999 & sleep 999"
+            job = ["sbatch", "--output", tmp_path / "log", "--wrap", script]
             submitted = subprocess.Popen(job, cwd=tmp_path, env=environment, stdout=subprocess.DEVNULL)
             wait_for((tmp_path / "begun").exists, submitted, 60, "start of the job")
             assert len(processes_of(folder)) > daemons >= 3

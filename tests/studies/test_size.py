@@ -63,12 +63,8 @@ def dem_files(folder: Path, slurry: str, mass: float, shrink_us: float, damping_
 @pytest.fixture
 def study(tmp_path) -> dict:
     """Options of compare_sizes.py for two training slurries, one validation slurry and one larger test slurry."""
-    sizes = {
-        "T1": (1.0, "train", 2.0),
-        "T2": (2.0, "train", 2.5),
-        "V1": (1.0, "validation", 2.2),
-        "6": (5.0, "test", 3),
-    }
+    sizes = {"T1": (1.0, "train", 2.0), "T2": (2.0, "train", 2.5)}
+    sizes |= {"V1": (1.0, "validation", 2.2), "6": (5.0, "test", 3)}
     files = [
         dem_files(tmp_path, slurry, mass, 10 * mass**0.3, 1e4 * mass**-0.2, reach_um)
         for slurry, (mass, _, reach_um) in sizes.items()
