@@ -36,11 +36,6 @@ def test_by_hand():
     assert vars(errors["all"]) == pytest.approx({"mse_um2": 1 / 3, "mae_um": 1 / 3, "r2": 1 - 4 / 24})
 
 
-def test_a_perfect_prediction(target):
-    for error in coordinate_errors(target, target).values():
-        assert vars(error) == {"mse_um2": 0, "mae_um": 0, "r2": 1}
-
-
 def test_the_mean_as_prediction_has_r2_zero(target):
     errors = coordinate_errors(target, np.zeros_like(target))
     for index, axis in enumerate("xyz"):
@@ -70,13 +65,6 @@ def test_an_affine_prediction_has_no_error_in_the_true_box(target, factor, shift
     edges = np.array([8.0, 8.0, 16.0])
     for error in true_box_errors(target, target * factor + shift, edges, edges * factor).values():
         assert vars(error) == pytest.approx({"mse_um2": 0, "mae_um": 0, "r2": 1}, abs=1e-10)
-
-
-def test_an_affine_prediction_in_its_own_box(target):
-    # Stretched by 1 + s: the deviation is s times the target, so R2 = 1 - s^2 on every axis.
-    errors = coordinate_errors(target, 1.2 * target)
-    for axis in AXES:
-        assert errors[axis].r2 == pytest.approx(1 - 0.2**2)
 
 
 def test_equal_boxes_make_both_the_same(target, predicted):

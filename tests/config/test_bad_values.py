@@ -24,7 +24,9 @@ LABELS = "a list of labels of surrogates, each once"
 PHASE = "a phase named with at most 50 letters and digits, at least one"
 PICTURES = "a list of labels in surrogate.names, each once; [] for no pictures"
 DEM = ", ".join(CONFIG["dem"])
+A_LIST, PICOSECONDS = "a list of at least", "whole picoseconds (1.0e-6), increasing"
 RANKS, MINUTES = "a whole number at least 1 and at most 4096", "null or a whole number of minutes from 1 to 1000000"
+DIAMETER, DAMPING = "a number at least 0.01 and at most 100", "a number at least 100 and at most 1000000"
 SEED = "a whole number at least 1 and at most 2147483647"
 STEPS, MILLION = (f"a whole number at least 1 and at most {most}" for most in (2000000000, 1000000))
 FRICTION, TIME_STEP, TEMPERATURE = (
@@ -47,7 +49,7 @@ OUT_OF_RANGE = {
     f"{NIO}.mass_fraction": ("a number above 0 and at most 1", [-0.5]),
     f"{NIO}.density_g_cm3": ("a number at least 0.01 and at most 30", [6670.0, 0.00667]),
     f"{NIO}.size_classes": ("a list of at least one size class", [[]]),
-    f"{BDPD}.size_classes[0].diameter_um": ("a number at least 0.01 and at most 100", [1100.0, 0.0011]),
+    f"{BDPD}.size_classes[0].diameter_um": (DIAMETER, [1100.0, 0.0011]),
     f"{LENNARD_JONES}.epsilon_fj_per_um": ("a number at least 0 and at most 100", [1000.0]),
     f"{LENNARD_JONES}.cutoff_factor": ("a number at least 1 and at most 10", [0.9]),
     f"{HERTZ}.normal_stiffness_kpa": ("a number at least 1000 and at most 1000000000", [200.0]),
@@ -65,15 +67,12 @@ OUT_OF_RANGE = {
     "dem.temperature_k": (TEMPERATURE, [NAN, -300, 0.3, 300000.0]),
     "dem.temperature_damping_us": ("a number at least 0.001 and at most 100", [200.0, 0.0002]),
     "dem.pressure_kpa": (TEMPERATURE, [INF, 101325.0, 0.101325]),
-    "dem.pressure_damping_us": ("a number at least 100 and at most 1000000", [1.0, 20000000.0, 20.0]),
+    "dem.pressure_damping_us": (DAMPING, [1.0, 20000000.0, 20.0]),
     "dem.pressure_damping_exponent": ("a number at least -2 and at most 2", [-3]),
     "dem.skin_um": ("a number at least 0.001 and at most 10", [150.0, 0.00015]),
     "dem.push_off_iterations": (MILLION, [0]),
     "dem.impact_speed_um_us": ("a number at least 0.001 and at most 10", [100.0, 0.0001]),
-    "learning.input_frames": (
-        "a list of at least one frame number, increasing, each one of dem.restart_frames",
-        [[]],
-    ),
+    "learning.input_frames": (f"{A_LIST} one frame number, increasing, each one of dem.restart_frames", [[]]),
     "learning.validation_share": ("a number above 0 and below 1", [1]),
     "learning.seed": (SEED, [0]),
     "surrogate.names": (LABELS, ["vgg16", ["vgg16", "vgg16"]]),
@@ -94,10 +93,7 @@ OUT_OF_RANGE = {
     "evaluation.replicas": ("a whole number at least 2 and at most 1000", [1]),
     "evaluation.perturbation_um": ("a number at least 1e-08 and at most 0.0001", [0.001, 1e-09]),
     "evaluation.rdf_tolerance": ("a number above 0 and at most 1000", [0]),
-    "convergence.timesteps_us": (
-        "a list of at least two time steps from 1.0e-5 to 0.05, in whole picoseconds (1.0e-6), increasing",
-        [[0.001]],
-    ),
+    "convergence.timesteps_us": (f"{A_LIST} two time steps from 1.0e-5 to 0.05, in {PICOSECONDS}", [[0.001]]),
     "convergence.timesteps_us[0]": ("a number at least 1e-05 and at most 0.05", [NAN, 2e-06]),
     "convergence.timesteps_us[1]": ("a number at least 1e-05 and at most 0.05", [2.0]),
     "report.pictures": (PICTURES, [True, "off"]),
@@ -107,20 +103,10 @@ HINTS = [
     ("run.name", RUN_NAME, 2026, "put it in quotes to make it text"),
     ("convergence.slurry", ID, 1, "put it in quotes to make it text"),
     ("evaluation.replicated[0]", ID, 2, "put it in quotes to make it text"),
-    (
-        f"{BDPD}.size_classes[0].diameter_um",
-        "a number at least 0.01 and at most 100",
-        "0.8",
-        "it is text: write 0.8 without quotes",
-    ),
+    (f"{BDPD}.size_classes[0].diameter_um", DIAMETER, "0.8", "it is text: write 0.8 without quotes"),
     ("dem.timestep_us", TIME_STEP, "1e-4", "1e-4 is text in YAML: write 1.0e-4"),
     ("dem.steps", STEPS, "6e6", "6e6 is text in YAML: write 6000000"),
-    (
-        "dem.pressure_damping_us",
-        "a number at least 100 and at most 1000000",
-        "2e4",
-        "2e4 is text in YAML: write 2.0e+4",
-    ),
+    ("dem.pressure_damping_us", DAMPING, "2e4", "2e4 is text in YAML: write 2.0e+4"),
 ]
 # key, its value, the end of its line
 UNKNOWN = [
@@ -140,16 +126,28 @@ MISSING = {
 }
 # what does not fit together: key, its value, the line without the key, which may be that of another one
 MASS, STEP = "formulation.unit_mass_pg: slurry", "dem.timestep_us = 0.002:"
-TWICE = "twice the largest cutoff"
+SUM = "must be 1 within 1e-06"
+WHOLE_PICOSECONDS = f"must be {PICOSECONDS}"
+
+
+def too_short(edge_um: str, above_um: str, cutoff_um: str, skin_um: str, more: int) -> str:
+    """The line of a box that is too short in the end."""
+    return (
+        f"{MASS} T2 ends with a shortest edge of {edge_um} um: must be above {above_um} um, twice the largest cutoff "
+        f"{cutoff_um} (cutoff_factor) and the skin {skin_um} (and {more} more slurries)"
+    )
+
+
+def too_long(step: str, share: str, name: str, time_us: str, most_us: str, most: str) -> str:
+    """The line of a time step that is too long a part of the Rayleigh or Hertz time."""
+    limit = f"must be at most {most_us}, dem.max_{name.lower()}_share = {most} of it"
+    return f"{step} {share} of the {name} time {time_us} us: {limit}"
+
+
 CONFLICTS = [
     ("slurries", "config/none.tsv", "config/none.tsv: cannot be read: No such file or directory"),
     # particles, fractions and boxes that cannot be
-    (
-        "formulation.unit_mass_pg",
-        170,
-        f"{MASS} T2 ends with a shortest edge of 3.255 um: must be above 3.6 um, {TWICE} 1.65 (cutoff_factor) and the "
-        "skin 0.15 (and 2 more slurries)",
-    ),
+    ("formulation.unit_mass_pg", 170, too_short("3.255", "3.6", "1.65", "0.15", 2)),
     (
         f"{NIO}.size_classes",
         [{"diameter_um": 0.6, "number_fraction": 0.0005}, {"diameter_um": 1.0, "number_fraction": 0.9995}],
@@ -167,62 +165,23 @@ CONFLICTS = [
         3.5,
         " = 3.5: must be below 3.373, the density of the particles without space between them",
     ),
-    (f"{NIO}.mass_fraction", 0.5, "formulation.phases: mass fractions sum to 0.98: must be 1 within 1e-06"),
-    (
-        "formulation.phases.8YSZ.mass_fraction",
-        0.36,
-        "formulation.phases: mass fractions sum to 1.01: must be 1 within 1e-06",
-    ),
-    (
-        f"{NIO}.size_classes",
-        [{"diameter_um": 0.8, "number_fraction": 0.9}],
-        ": number fractions sum to 0.9: must be 1 within 1e-06",
-    ),
+    (f"{NIO}.mass_fraction", 0.5, f"formulation.phases: mass fractions sum to 0.98: {SUM}"),
+    ("formulation.phases.8YSZ.mass_fraction", 0.36, f"formulation.phases: mass fractions sum to 1.01: {SUM}"),
+    (f"{NIO}.size_classes", [{"diameter_um": 0.8, "number_fraction": 0.9}], f": number fractions sum to 0.9: {SUM}"),
     (f"{LENNARD_JONES}.sigma_factor", 1.5, " = 1.5: must be below cutoff_factor = 1.5"),
-    (
-        f"{LENNARD_JONES}.cutoff_factor",
-        3.0,
-        f"{MASS} T2 ends with a shortest edge of 5.394 um: must be above 6.9 um, {TWICE} 3.3 (cutoff_factor) and the "
-        "skin 0.15 (and 3 more slurries)",
-    ),
-    (
-        "dem.skin_um",
-        2.0,
-        f"{MASS} T2 ends with a shortest edge of 5.394 um: must be above 7.3 um, {TWICE} 1.65 (cutoff_factor) and the "
-        "skin 2 (and 5 more slurries)",
-    ),
+    (f"{LENNARD_JONES}.cutoff_factor", 3.0, too_short("5.394", "6.9", "3.3", "0.15", 3)),
+    ("dem.skin_um", 2.0, too_short("5.394", "7.3", "1.65", "2", 5)),
     # time steps
-    (
-        "dem.timestep_us",
-        0.0025,
-        " = 0.0025: 0.481 of the Rayleigh time 0.005196 us: must be at most 0.002079, "
-        "dem.max_rayleigh_share = 0.4 of it",
-    ),
-    (
-        "dem.impact_speed_um_us",
-        10.0,
-        f"{STEP} 0.166 of the Hertz time 0.01204 us: must be at most 0.001204, dem.max_hertz_share = 0.1 of it",
-    ),
-    (
-        "dem.max_rayleigh_share",
-        0.2,
-        f"{STEP} 0.385 of the Rayleigh time 0.005196 us: must be at most 0.001039, dem.max_rayleigh_share = 0.2 of it",
-    ),
+    ("dem.timestep_us", 0.0025, too_long(" = 0.0025:", "0.481", "Rayleigh", "0.005196", "0.002079", "0.4")),
+    ("dem.impact_speed_um_us", 10.0, too_long(STEP, "0.166", "Hertz", "0.01204", "0.001204", "0.1")),
+    ("dem.max_rayleigh_share", 0.2, too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001039", "0.2")),
     (
         f"{HERTZ}.normal_stiffness_kpa",
         500000.0,
-        f"{STEP} 0.609 of the Rayleigh time 0.003287 us: must be at most 0.001315, dem.max_rayleigh_share = 0.4 of it",
+        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
     ),
-    (
-        "convergence.timesteps_us",
-        [0.001, 0.0005],
-        " = [0.001, 0.0005]: must be whole picoseconds (1.0e-6), increasing",
-    ),
-    (
-        "convergence.timesteps_us",
-        [0.001, 0.0010005],
-        " = [0.001, 0.0010005]: must be whole picoseconds (1.0e-6), increasing",
-    ),
+    ("convergence.timesteps_us", [0.001, 0.0005], f" = [0.001, 0.0005]: {WHOLE_PICOSECONDS}"),
+    ("convergence.timesteps_us", [0.001, 0.0010005], f" = [0.001, 0.0010005]: {WHOLE_PICOSECONDS}"),
     (
         "convergence.timesteps_us",
         [0.0003, 0.001],

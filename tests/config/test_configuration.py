@@ -122,16 +122,16 @@ def test_snakemake_prints_the_lines_before_any_job(project, override, lines):
     assert sorted(path for path in project.rglob("*") if ".snakemake" not in path.parts) == before
 
 
-def test_one_phase_of_one_size_and_any_names_pass(config):
-    classes = [{"diameter_um": 1, "number_fraction": 1}]
-    config["formulation"]["phases"] = {"A1": {"mass_fraction": 1, "density_g_cm3": 4.0, "size_classes": classes}}
-    config["analysis"]["rdf_pair"] = ["A1", "A1"]
-    assert check(config) == []
-
-
-def test_fractions_written_as_rounded_thirds_pass(config):
-    classes = [{"diameter_um": d, "number_fraction": 0.3333333} for d in (0.6, 0.8, 1.0)]
-    config["formulation"]["phases"]["NiO"]["size_classes"] = classes
+@pytest.mark.parametrize(
+    ("phase", "classes", "pair"),
+    [
+        ("A1", [{"diameter_um": 1, "number_fraction": 1}], ["A1", "A1"]),  # one phase of one size and any name
+        ("NiO", [{"diameter_um": d, "number_fraction": 0.3333333} for d in (0.6, 0.8, 1.0)], ["NiO", "NiO"]),
+    ],
+)
+def test_one_phase_and_fractions_written_as_rounded_thirds_pass(config, phase, classes, pair):
+    phases = {phase: {"mass_fraction": 1, "density_g_cm3": 4.0, "size_classes": classes}}
+    config["formulation"]["phases"], config["analysis"]["rdf_pair"] = phases, pair
     assert check(config) == []
 
 

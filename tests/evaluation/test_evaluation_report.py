@@ -8,9 +8,8 @@ import pandas as pd
 import pytest
 from matplotlib.image import imsave
 
-import write_evaluation
 from html_pages import Page
-from script_calls import call
+from script_runs import run_script
 from slurrycast.evaluation.front import KEYS
 from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report import evaluation_statistics
@@ -109,19 +108,13 @@ def evaluation(tmp_path) -> Evaluation:
         skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
         noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
         structure_errors=structure_table(in_sd),
-        front=pd.DataFrame(
-            front,
-            columns=[*KEYS, "cost_share_of_full_dem", "density_error", "rdf_error"],
-        ),
+        front=pd.DataFrame(front, columns=[*KEYS, "cost_share_of_full_dem", "density_error", "rdf_error"]),
         equal_cost=equal_cost_table(1.0),
         cost_scaling=pd.DataFrame(
             [{"surrogate": "net", "clock": clock} | scaling | pays for clock in ("wall_s", "cpu_s")]
         ),
         article_costs=pd.DataFrame(
-            [
-                ("net", 7, "full DEM", "min", 1230.0, np.nan, 0.48),
-                ("affine", 7, "full DEM", "min", 1230.0, np.nan, 0.47),
-            ],
+            [(name, 7, "full DEM", "min", 1230.0, np.nan, ours) for name, ours in (("net", 0.48), ("affine", 0.47))],
             columns=["surrogate", "slurries", "term", "unit", "article", "article_says", "ours"],
         ),
         ablation=None,
@@ -152,31 +145,33 @@ def test_without_a_floor_there_is_no_skill(evaluation):
     assert "net: no test slurry has a skill." in page.all("li")
 
 
+def equal_cost(evaluation: Evaluation, ratio: float, notes: dict[str, str] | None = None) -> tuple[list[dict], Page]:
+    """What is compared with early_dem at these errors and notes, and the page that says it."""
+    evaluation = replace(evaluation, equal_cost=equal_cost_table(ratio, notes))
+    (entry,) = network_errors_at_equal_cost(evaluation)
+    return entry["comparisons"], page_of(evaluation)
+
+
 @pytest.mark.parametrize(("ratio", "verdict"), [(0.5, "better"), (1.0, "tie"), (2.0, "worse")])
 def test_early_dem_at_equal_cost(evaluation, ratio, verdict):
-    (entry,) = network_errors_at_equal_cost(replace(evaluation, equal_cost=equal_cost_table(ratio)))
-    (comparison,) = entry["comparisons"]
+    (comparison,), _ = equal_cost(evaluation, ratio)
     assert comparison["verdicts"] == [(verdict, ["coordinates", "density", "RDF"])]
     assert (comparison["note"], comparison["slurries"], comparison["cost"]) == ("", 4, pytest.approx(0.2))
 
 
 def test_beyond_the_costs_of_early_dem_it_is_said_at_which_cost(evaluation):
     notes = dict.fromkeys(TEST[:3], CHEAPER) | {"6": DEARER}
-    evaluation = replace(evaluation, equal_cost=equal_cost_table(2.0, notes))
-    (entry,) = network_errors_at_equal_cost(evaluation)
-    cheaper, dearer = entry["comparisons"]
+    (cheaper, dearer), page = equal_cost(evaluation, 2.0, notes)
     assert [own["note"] for own in (cheaper, dearer)] == [CHEAPER, DEARER]
     assert [own["slurries"] for own in (cheaper, dearer)] == [3, 1]
     assert [own["early_dem_cost"] for own in (cheaper, dearer)] == pytest.approx([0.4, 0.1])
     assert [own["verdicts"][0][0] for own in (cheaper, dearer)] == ["worse", None]
-    text = page_of(evaluation).text
-    assert f"net is {CHEAPER} on 3 of 4 test slurries, 20.0% against 40.0%." in text
-    assert "too few slurries to judge in coordinates, density and RDF" in text
+    assert f"net is {CHEAPER} on 3 of 4 test slurries, 20.0% against 40.0%." in page.text
+    assert "too few slurries to judge in coordinates, density and RDF" in page.text
 
 
 def test_without_any_early_dem_nothing_is_compared(evaluation):
-    table = equal_cost_table(1.0, dict.fromkeys(TEST, ABSENT))
-    page = page_of(replace(evaluation, equal_cost=table))
+    _, page = equal_cost(evaluation, 1.0, dict.fromkeys(TEST, ABSENT))
     assert f"net cannot be compared with early_dem on any test slurry: {ABSENT}." in page.all("li")
 
 
@@ -309,11 +304,9 @@ def test_missed_tolerances_are_named(evaluation, further):
     assert len(tolerances(evaluation)) == 1  # no early_dem: one choice
     text = page_of(evaluation).text
     assert "met on 3 of 4 test slurries, missed on slurry 6 (3.00%)" in text
-    if further:
-        assert "met in 0 of 8 cases (pair and test slurry), missed for" in text
-        assert "(3.21) and 2 more." in text
-    else:
-        assert "met in 7 of 8 cases (pair and test slurry), missed for NiO-8YSZ on slurry 2 (3.21)" in text
+    met, named = (0, "(3.21) and 2 more.") if further else (7, "missed for NiO-8YSZ on slurry 2 (3.21)")
+    assert f"met in {met} of 8 cases (pair and test slurry), missed for" in text
+    assert named in text
 
 
 def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(evaluation):
@@ -440,25 +433,22 @@ def test_a_network_that_is_not_in_the_tables_is_noted(evaluation):
 
 
 def test_page_from_files(tmp_path, evaluation):
-    tables = {
-        name: getattr(evaluation, name)
-        for name in ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
-    }
+    names = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
+    tables = {name: getattr(evaluation, name) for name in names}
     roles = pd.Series(evaluation.roles, name="role").rename_axis("slurry").reset_index()
     tables["equilibrium"] = roles.assign(warning="")
     ablation = {"surrogate": ["affine", "net"], "target": [None, "absolute"], "validation_mse_um2": [0.1, 0.0987]}
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    words = ["--run", "unit", "--networks", "net"]
-    words += ["--density-tolerance", "0.01", "--rdf-tolerance", "2"]
-    words += ["--relaxed-for", json.dumps(evaluation.relaxed_for)]
+    options = {"run": "unit", "networks": "net", "density_tolerance": 0.01, "rdf_tolerance": 2}
+    options |= {"relaxed_for": json.dumps(evaluation.relaxed_for), "figures": [*evaluation.figures.values()]}
     for name, table in tables.items():
-        table.to_csv(tmp_path / f"{name}.csv", index=False)
-        words += [f"--{name.replace('_', '-')}", tmp_path / f"{name}.csv"]
-    path = tmp_path / "evaluation.html"
-    call(write_evaluation, *words, "--figures", *evaluation.figures.values(), "--page", path)
-    page = Page(path.read_text(encoding="utf-8"))
+        options[name] = tmp_path / f"{name}.csv"
+        table.to_csv(options[name], index=False)
+    done = run_script("write_evaluation", **options, page=tmp_path / "evaluation.html")
+    assert done.returncode == 0, done.stderr
+    page = Page((tmp_path / "evaluation.html").read_text(encoding="utf-8"))
     assert page.images == 4
     assert page.loads_nothing
     assert ["net", "6", "test", "0.71", "32.4%", "1.87", "97.2%", "0.42", "0.21", "0.345"] in page.rows

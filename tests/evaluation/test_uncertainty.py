@@ -181,22 +181,15 @@ def test_bins_hold_equally_many_coordinates(spread_um, bins):
 # ---- files
 
 
-def write_pair(
-    folder: Path,
-    slurry: str,
-    particles: int = 200,
-    spread=0.1,
-    surrogate: str = "net",
-    shift_um: float = 0.0,
-) -> tuple[Path, Path]:
+def write_pair(folder: Path, slurry: str, particles: int = 200, spread=0.1, shift_um: float = 0.0) -> tuple[Path, Path]:
     """A prediction whose errors are normal with sd 0.2 um, with a common shift on top, and the DEM; frame 120."""
     rng = np.random.default_rng(int(slurry.strip("V")))
     target_um = rng.uniform(-0.5, 0.5, (particles, 3)) * EDGES_UM
     error_um = rng.normal(0, 0.2, (particles, 3))
     predicted_um = target_um + error_um - error_um.mean(axis=0) + shift_um
     spread_um = None if spread is None else np.broadcast_to(spread, (particles, 3)).astype(float)
-    paths = folder / f"{surrogate}_{slurry}.h5", folder / f"dem_{slurry}.h5"
-    write_store(paths[0], [frame(120, predicted_um, EDGES_UM, spread_um)], slurry=slurry, surrogate=surrogate)
+    paths = folder / f"net_{slurry}.h5", folder / f"dem_{slurry}.h5"
+    write_store(paths[0], [frame(120, predicted_um, EDGES_UM, spread_um)], slurry=slurry, surrogate="net")
     write_store(paths[1], [frame(120, target_um, EDGES_UM)], slurry=slurry)
     return paths
 

@@ -57,8 +57,9 @@ def test_bad_markers(page, said):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
-def test_links_and_paths_lead_somewhere(page):
+def test_links_and_paths_lead_somewhere_and_lines_are_short(page):
     text = page.read_text(encoding="utf-8")
+    assert [line for line in text.splitlines() if len(line) > 120 and not line.startswith("|")] == []
     for link in re.findall(r"\]\(([^)\s]+)\)", text):
         path, _, anchor = link.partition("#")
         if "://" in path:
@@ -69,12 +70,6 @@ def test_links_and_paths_lead_somewhere(page):
     if page.name != "CHANGELOG.md":  # of files as they were
         missing = [path for path in PROJECT_PATH.findall(text) if not (ROOT / path).exists()]
         assert missing in ([], ["scripts/slurrycast/surrogates/drift.py"])  # the example of docs/surrogates.md
-
-
-@pytest.mark.parametrize("page", PAGES, ids=NAMES)
-def test_lines_have_at_most_120_characters(page):
-    lines = page.read_text(encoding="utf-8").splitlines()
-    assert [line for line in lines if len(line) > 120 and not line.startswith("|")] == []
 
 
 def test_conclusions_at_reduced_scale():
