@@ -2,9 +2,11 @@
 
 import contextlib
 import io
+import json
 import runpy
 import signal
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from subprocess import CompletedProcess
 from types import ModuleType
@@ -15,6 +17,7 @@ import pandas as pd
 from configurations import ROOT
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.command_line import run_main
+from slurrycast.runtime.costs import Cost
 
 
 def run_script(script: str | ModuleType, **options: object) -> CompletedProcess:
@@ -54,3 +57,11 @@ def refusal(script: str | ModuleType, table: Path, **options: object) -> str:
     done = run_script(script, **options, table=table)
     assert (done.returncode, table.exists()) == (1, False)
     return done.stderr
+
+
+def write_costs(folder: Path, costs: list[Cost]) -> list[Path]:
+    """Write the records of stages as the scripts do; their paths."""
+    paths = [folder / f"cost_{place}.json" for place in range(len(costs))]
+    for path, cost in zip(paths, costs, strict=True):
+        path.write_text(json.dumps(asdict(cost)))
+    return paths

@@ -175,11 +175,7 @@ CONFLICTS = [
     ("dem.timestep_us", 0.0025, too_long(" = 0.0025:", "0.481", "Rayleigh", "0.005196", "0.002079", "0.4")),
     ("dem.impact_speed_um_us", 10.0, too_long(STEP, "0.166", "Hertz", "0.01204", "0.001204", "0.1")),
     ("dem.max_rayleigh_share", 0.2, too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001039", "0.2")),
-    (
-        f"{HERTZ}.normal_stiffness_kpa",
-        500000.0,
-        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
-    ),
+    (f"{HERTZ}.normal_stiffness_kpa", 5e5, too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4")),
     ("convergence.timesteps_us", [0.001, 0.0005], f" = [0.001, 0.0005]: {WHOLE_PICOSECONDS}"),
     ("convergence.timesteps_us", [0.001, 0.0010005], f" = [0.001, 0.0010005]: {WHOLE_PICOSECONDS}"),
     (

@@ -16,21 +16,13 @@ pytestmark = pytest.mark.usefixtures("in_empty_project")
 
 ROW = {"id": "T1", "role": "train", "mass_units": "1", "thickness_ratio": "1", "seed": "1"}
 ID, MASS = "text of at most 50 letters, digits and '_', once in the table", "a number above 0 and at most 100"
+RATIO, TEXTS = "a number at least 0.01 and at most 100", {cell: f'"{cell}"' for cell in ("one", "nan", "1,5")}
 # column: what a cell must be, and cells that are not, with their values as the line shows them
 BAD_CELLS = {
     "id": (ID, {"T 1": '"T 1"', "../x": '"../x"', "": '""'}),
     "role": ("one of train, validation, test, new", {"Train": '"Train"', "trian": '"trian"'}),
-    "mass_units": (
-        MASS,
-        {
-            **{"one": '"one"', "nan": '"nan"', "1e999": "Infinity", "1,5": '"1,5"'},
-            **{"-1": "-1.0", "0": "0.0", "773.5": "773.5"},
-        },
-    ),
-    "thickness_ratio": (
-        "a number at least 0.01 and at most 100",
-        {"-1": "-1.0", "1000": "1000.0", "0.001": "0.001"},
-    ),
+    "mass_units": (MASS, TEXTS | {"1e999": "Infinity"} | {cell: str(float(cell)) for cell in ("-1", "0", "773.5")}),
+    "thickness_ratio": (RATIO, {cell: str(float(cell)) for cell in ("-1", "1000", "0.001")}),
     "seed": (
         "a whole number from 1 to 2147483647, once in the table",
         {"0": "0", "1.5": '"1.5"', "2147483648": "2147483648", "9" * 5000: '"' + "9" * 56 + "..."},

@@ -1,7 +1,6 @@
 """Noise, skill and structural errors: the scripts run on small made-up results."""
 
 import json
-from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from script_runs import refusal, run_script, written
+from script_runs import refusal, run_script, write_costs, written
 from slurrycast.analysis.rdf import bin_edges_um, radial_distributions
 from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import read_table
@@ -201,31 +200,27 @@ def relaxations(tmp_path, noise, replica_curves):
         path = tmp_path / f"relaxed-{steps}.h5"
         settings = json.dumps({"steps": steps})
         stores.append(write_random(path, "1", 120, shift_um, surrogate="affine", relaxation=settings))
-        costs.append(tmp_path / f"cost-{steps}.json")
-        costs[-1].write_text(json.dumps(asdict(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))))
+        costs.append(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))
     density = 90 * 2.0 / np.prod(EDGES_UM)
     with read_frames(stores[0]) as store:  # the DEM ends where the longer relaxation does
         r_edges_um = bin_edges_um(0.6, 6, [EDGES_UM])
         g = radial_distributions(store.position_um(120), *store.box(120), store.particles, r_edges_um)["all"]
     measured, _ = structure_files(tmp_path, "affine", "1", {"predicted": (1.0, 1.0, 6), "relaxed": (1.0, 1.0, 6)}, 90)
-    overlaps = [("predicted", 0.03), ("relaxed", 0.01)]
-    rows = [
-        {"surrogate": "affine", "slurry": "1", "stage": s, "quantity": "overlap_mean", "value": v} for s, v in overlaps
-    ]
+    names = {"surrogate": "affine", "slurry": "1", "quantity": "overlap_mean"}
+    rows = [names | {"stage": stage, "value": value} for stage, value in (("predicted", 0.03), ("relaxed", 0.01))]
     pd.concat([read_table(measured), pd.DataFrame(rows)]).to_csv(measured, index=False)
     of_dem = structure_files(tmp_path, "-", "1", {"target": (density + 0.015, 1.0, 6)}, 90)
     read_table(of_dem[1]).assign(g=g + 0.5).to_csv(of_dem[1], index=False)
-    options = {"relaxed": stores, "relaxation_costs": costs, "structure": measured, "noise": noise}
-    options |= {"dem_structure": of_dem[0], "dem_rdf": of_dem[1], "replica_rdf": replica_curves}
+    options = {"relaxed": stores, "relaxation_costs": write_costs(tmp_path, costs), "structure": measured}
+    options |= {"noise": noise, "replica_rdf": replica_curves}
+    options |= {"dem_structure": of_dem[0], "dem_rdf": of_dem[1]}
     return options | {"cutoff_um": 0.6, "bins": 6, "rdf_tolerance": 3}
 
 
 def test_relaxations_of_several_lengths(table, relaxations):
     rows = written("compare_relaxation", table, **relaxations)
-    assert list(rows.columns) == [
-        *("surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd", "rdf_in_spread"),
-        *("cpu_s", "within_band"),
-    ]
+    columns = ["surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd"]
+    assert list(rows.columns) == [*columns, "rdf_in_spread", "cpu_s", "within_band"]
     assert list(rows.slurry) == ["1", "1"]
     assert list(rows.steps) == [300, 700]
     np.testing.assert_allclose(rows.overlap_mean_predicted, 0.03)

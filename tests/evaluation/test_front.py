@@ -1,7 +1,6 @@
 """Error against cost: known fronts, and the DEM with a faster barostat at equal cost."""
 
 import json
-from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from script_runs import written
+from script_runs import write_costs, written
 from slurrycast.evaluation.front import (
     at_equal_cost,
     equilibrium_share,
@@ -166,15 +165,9 @@ def test_the_full_dem_is_on_the_front():
 
 
 def test_share_of_the_dem_to_equilibrium():
-    speedup = pd.DataFrame(
-        {
-            "surrogate": ["a", "a", "a", "b", "a", "a"],
-            "slurry": ["1", "2", "3", "1", "V1", "1"],
-            "clock": ["cpu_s"] * 5 + ["wall_s"],
-            "dem": 10.0,
-            "dem_to_equilibrium": [4.0, 6.0, np.nan, 4.0, 9.0, 1.0],
-        }
-    )
+    rows = [("a", "1", "cpu_s", 4.0), ("a", "2", "cpu_s", 6.0), ("a", "3", "cpu_s", np.nan)]
+    rows += [("b", "1", "cpu_s", 4.0), ("a", "V1", "cpu_s", 9.0), ("a", "1", "wall_s", 1.0)]
+    speedup = pd.DataFrame(rows, columns=["surrogate", "slurry", "clock", "dem_to_equilibrium"]).assign(dem=10.0)
     assert equilibrium_share(speedup, {"1", "2", "3"}, "cpu_s") == pytest.approx(0.5)
     assert np.isnan(equilibrium_share(speedup, {"3"}, "cpu_s"))
 
@@ -193,9 +186,7 @@ def test_the_tables_are_written(tmp_path):
     records = [Cost("generate_inputs", "-", "2", cpu_s=5.0), Cost("extract_frames", "-", "2", cpu_s=1.0)]
     stages = ("predict_slurry", "wrap_slurry", "relax_slurry")
     records += [Cost(stage, label, "2", cpu_s=1.0) for label in ("affine", "affine_f02") for stage in stages]
-    costs = [tmp_path / f"{place}.json" for place in range(len(records))]
-    for path, record in zip(costs, records, strict=True):
-        path.write_text(json.dumps(asdict(record)))
+    costs = write_costs(tmp_path, records)
     equilibrium = {"slurry": ["2"], "role": "test", "particles": 100, "time_to_equilibrium_us": 60.0}
     pd.DataFrame(equilibrium | {"run_time_us": 120.0, "warning": ""}).to_csv(tmp_path / "equilibrium.csv", index=False)
     both = pd.concat([ERRORS, ERRORS.assign(surrogate="affine_f02")])

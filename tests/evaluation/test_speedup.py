@@ -1,8 +1,6 @@
 """What the hybrid chain costs end to end, against made-up runs whose costs are known."""
 
 import argparse
-import json
-from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
@@ -11,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import compare_article_costs
-from script_runs import written
+from script_runs import write_costs, written
 from slurrycast.evaluation.power_law import power_law
 from slurrycast.evaluation.speedup import (
     HYBRID_PARTS,
@@ -205,10 +203,7 @@ def test_the_tables_are_written(tmp_path):
     for slurry, run in RUNS.items():
         runs.append(tmp_path / f"{slurry}.json")
         pd.Series(run | {"slurry": slurry}).to_json(runs[-1])
-    records = []
-    for row in cost_table().to_dict("records"):
-        records.append(tmp_path / f"cost_{len(records)}.json")
-        records[-1].write_text(json.dumps(asdict(Cost(**row))))
+    records = write_costs(tmp_path, [Cost(**row) for row in cost_table().to_dict("records")])
     equilibrium = paths["equilibrium"]
     of_runs = {"equilibrium": equilibrium, "run_json": runs}
     of_runs["input_steps"] = [f"{label}={step}" for label, step in STEPS.items()]

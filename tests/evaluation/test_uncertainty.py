@@ -284,13 +284,10 @@ def measured(calibrated, tmp_path):
 
 def test_uncertainty_from_files(measured, tmp_path):
     table = written("measure_uncertainty", **measured)
-    assert list(table.columns) == [
-        *("surrogate", "slurry", "role", "level", "factor", "coverage"),
-        *("rank_correlation", "mean_spread_um", "rms_error_um"),
-    ]
-    assert list(zip(table.slurry, table.role, table.level, strict=True)) == [
-        *(("V1", "validation", 0.5), ("V1", "validation", 0.9), ("2", "test", 0.5), ("2", "test", 0.9))
-    ]
+    columns = ["surrogate", "slurry", "role", "level", "factor", "coverage"]
+    assert list(table.columns) == [*columns, "rank_correlation", "mean_spread_um", "rms_error_um"]
+    of_rows = [("V1", "validation", 0.5), ("V1", "validation", 0.9), ("2", "test", 0.5), ("2", "test", 0.9)]
+    assert list(zip(table.slurry, table.role, table.level, strict=True)) == of_rows
     factors = read_calibration(tmp_path / "calibration.json").factors
     np.testing.assert_allclose(table.factor, [*factors, *factors])
     # of those it was found on, the conformal rank out of 6000

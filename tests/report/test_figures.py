@@ -80,11 +80,8 @@ def draw(script: ModuleType, figure: Path, **options: object) -> str:
 
 def test_phases_keep_their_colours_whatever_their_order():
     assert phase_colours(["NiO", "8YSZ"]) == [PHASE_COLOURS["NiO"], PHASE_COLOURS["8YSZ"]]
-    assert phase_colours(["GDC", "NiO", "Ni"]) == [
-        FURTHER_PHASE_COLOURS[0],
-        PHASE_COLOURS["NiO"],
-        FURTHER_PHASE_COLOURS[1],
-    ]
+    further = FURTHER_PHASE_COLOURS
+    assert phase_colours(["GDC", "NiO", "Ni"]) == [further[0], PHASE_COLOURS["NiO"], further[1]]
 
 
 def test_a_family_keeps_its_colour_and_its_variants_are_told_apart():
@@ -220,16 +217,9 @@ def test_densification(tmp_path):
 
 
 def test_density_of_known_and_new_slurries(tmp_path):
-    densities = pd.DataFrame(
-        [
-            ("-", "2", "DEM", 2.25),
-            ("net", "2", "hybrid", 2.295),
-            ("net", "N1", "hybrid", 2.27),
-            ("affine", "2", "hybrid", 2.205),
-            ("affine", "N1", "hybrid", 2.26),
-        ],
-        columns=["surrogate", "slurry", "model", "density_g_cm3"],
-    )
+    rows = [("-", "2", "DEM", 2.25), ("net", "2", "hybrid", 2.295), ("net", "N1", "hybrid", 2.27)]
+    rows += [("affine", "2", "hybrid", 2.205), ("affine", "N1", "hybrid", 2.26)]
+    densities = pd.DataFrame(rows, columns=["surrogate", "slurry", "model", "density_g_cm3"])
     figure = plot_density.draw_density(densities, ["2", "N1"], ["affine", "net"])
     upper, lower = figure.axes
     drawn = {line.get_label(): line.get_ydata().tolist() for line in upper.lines}

@@ -317,7 +317,7 @@ def test_slurries_outside_in_the_same_quantities_share_a_notice(results):
         for slurry, values in reached.items()
         for value, (quantity, (low, high)) in zip(values, ranges.items(), strict=True)
     ]
-    columns = ["slurry", "quantity", "value", "training_min", "training_max", "outside"]
+    columns = results.training_range.columns.drop("role")
     entries = extrapolations(replace(results, training_range=pd.DataFrame(rows, columns=columns)))
     assert [entry["slurries"] for entry in entries] == [["2", "6"], ["7"], ["8"]]
     both, one, _ = ([quantity["name"].column for quantity in entry["quantities"]] for entry in entries)

@@ -140,4 +140,4 @@ def test_a_spread_needs_a_validation_slurry_and_only_the_evaluation_do(tmp_path,
     else:
         assert done.returncode == 0, said
         assert "write_evaluation" in said
-        assert "uncertainty" not in said and "calibrate_spread" not in said
+        assert "measure_uncertainty" not in said and "calibrate_spread" not in said
