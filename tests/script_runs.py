@@ -34,7 +34,7 @@ def run_script(script: str | ModuleType, **options: object) -> CompletedProcess:
                 (path,) = ROOT.glob(f"scripts/*/{script}.py")
                 runpy.run_path(str(path), run_name="__main__")
             else:
-                run_main(script.main)
+                run_main(script.main, script.add_options, script.__doc__)
         except SystemExit as end:
             code = end.code or 0
             if isinstance(code, str):

@@ -7,10 +7,10 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from script_calls import call
 from slurrycast.data.frames import read_frames
 from slurrycast.dem import lammps_run
 from slurrycast.dem.lammps_run import Launcher
+from slurrycast.runtime.command_line import parse
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.prediction import Continuation, PredictionInput
 
@@ -20,7 +20,8 @@ def run_main(command) -> Callable[..., None]:
     """Run a script in this process, where a test can change what it uses."""
 
     def run(script: str, **options: object) -> None:
-        call(import_module(script), *command(script, **options)[2:])
+        module = import_module(script)
+        module.main(parse(module.add_options, module.__doc__, command(script, **options)[2:]))
 
     return run
 
