@@ -53,8 +53,8 @@ def test_costs_of_an_unknown_surrogate(tmp_path):
 LABELS = ["affine", "affine_f02", "early_dem_x2", "early_dem_x10_f02", "vgg16", "early_dem_x10"]
 
 
-@pytest.fixture
-def front(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def front(tmp_path_factory):
     """The figure that plot_front draws from small tables, with a validation slurry that does not count."""
     points = {
         "surrogate": LABELS,
@@ -77,13 +77,15 @@ def front(tmp_path, monkeypatch):
         "structure_errors": pd.DataFrame(errors),
         "speedup": comparison("affine").assign(slurry=["2", "N1"], clock="cpu_s"),
     }
-    calls = recorded_calls(monkeypatch, plot_front, "draw_front")
-    paths = {name: tmp_path / f"{name}.csv" for name in tables}
+    folder = tmp_path_factory.mktemp("front")
+    paths = {name: folder / f"{name}.csv" for name in tables}
     for name, table in tables.items():
         table.to_csv(paths[name], index=False)
-    done = run_script(plot_front, **paths, figure=tmp_path / "front.png")
+    with pytest.MonkeyPatch.context() as patch:
+        calls = recorded_calls(patch, plot_front, "draw_front")
+        done = run_script(plot_front, **paths, figure=folder / "front.png")
     assert done.returncode == 0, done.stderr
-    assert is_drawn(tmp_path / "front.png")
+    assert is_drawn(folder / "front.png")
     return calls[0][1]
 
 
