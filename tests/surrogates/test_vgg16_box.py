@@ -169,5 +169,6 @@ def test_it_learns_a_drift_that_the_affine_prediction_lacks(small, tmp_path, mon
     learnable = replace(data, targets=drift)
     affine_loss = np.mean(vgg16_box.samples(learnable, vgg16_box.form({})).targets ** 2)
     monkeypatch.setitem(globals(), "shrinking_slurries", lambda: learnable)
+    monkeypatch.setattr(vgg16, "BLOCKS", vgg16.BLOCKS[:2] + vgg16.BLOCKS[-1:])  # learns it in fewer epochs
     _, rows = fit(tmp_path, None, epochs=60, learning_rate=3e-3)
     assert rows[-1, 1] < 0.2 * affine_loss
