@@ -420,10 +420,10 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
 @pytest.mark.parametrize(
     ("factors", "verdicts", "after"),
     [
-        ((0.5, 0.5, 0.5), ["better", "better", "better"], None),
-        ((2, 2, 2), ["worse", "worse", "worse"], "worse"),
+        ((0.5, 0.5, 0.5), ["better", "better", "better"], "mixed"),
+        ((2, 2, 2), ["worse", "worse", "worse"], "nothing"),
         ((1, 0.5, 1), ["better", "tie", "tie"], "tie"),
-        ((2, 0.5, 1), ["better", "worse", "tie"], "worse"),
+        ((2, 0.5, 1), ["better", "worse", "tie"], "nothing"),
     ],
 )
 def test_what_the_network_adds_is_said_either_way(results, factors, verdicts, after):

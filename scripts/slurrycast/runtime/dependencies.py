@@ -13,25 +13,26 @@ RUNTIME = "scripts/slurrycast/runtime/"
 
 @functools.cache
 def _imports(path: str) -> frozenset[str]:
-    """Modules of the package that a file imports, itself or through others."""
+    """Modules of the package that a file itself imports."""
     names = set()
     for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "slurrycast":
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     stems = [f"scripts/{name.replace('.', '/')}" for name in names]
-    direct = {file for stem in stems for file in (f"{stem}.py", f"{stem}/__init__.py") if (ROOT / file).is_file()}
-    return frozenset(direct.union(*map(_imports, direct)))
+    files = (file for stem in stems for file in (f"{stem}.py", f"{stem}/__init__.py"))
+    return frozenset(file for file in files if (ROOT / file).is_file())
 
 
 def modules(script: str, surrogate: str | None = None) -> list[str]:
-    """Files of the package that `script` imports, and those of the `surrogate` that it loads by name.
+    """Files of the package that `script` imports, itself or through others, and those of the `surrogate` that it loads.
 
     Without those of RUNTIME. Paths are relative to the project folder, sorted.
     """
-    files = _imports(script)
-    for file in (f"{SURROGATES}/{surrogate}.py", f"{SURROGATES}/{surrogate}/__init__.py"):  # a module or a package
-        if surrogate is not None and (ROOT / file).is_file():
-            files |= {file} | _imports(file)
+    named = () if surrogate is None else (f"{SURROGATES}/{surrogate}.py", f"{SURROGATES}/{surrogate}/__init__.py")
+    files, left = set(), {*_imports(script), *(file for file in named if (ROOT / file).is_file())}
+    while left:  # a package and its modules may import each other
+        files |= left
+        left = set().union(*map(_imports, left)) - files
     return sorted(file for file in files if not file.startswith(RUNTIME))
 
 
