@@ -80,9 +80,9 @@ def main(args: Namespace) -> None:
         if curve.empty:
             raise InputError(f"slurry {slurry}, DEM: no curve of all particles to compare with")
         density_g_cm3 = one_value(of_dem, "density_g_cm3", f"slurry {slurry}, DEM")
-        own = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
+        stages = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
         overlap = one_value(
-            own[own.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
+            stages[stages.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
         )
         dem = Structure(density_g_cm3, curve)
         errors = relaxation_errors(

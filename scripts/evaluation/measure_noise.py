@@ -1,7 +1,7 @@
 """Measure the noise of the DEM: how far replicas of a slurry differ, and how far a perturbed run is from its original.
 
 In: quantities and curves (CSV) of replicas, DEM runs of a slurry with other seeds and ids <slurry>_r<number>; frame
-stores (HDF5) of perturbed runs, continued from the last input frame with positions moved by a hair, and of their
+stores (HDF5) of perturbed runs, continued from the last input frame with slightly moved positions, and of their
 originals.
 Out: a table (CSV): slurry, particles, quantity, number of runs, mean and standard deviation (ddof = 1) of
 the replicas. For rdf_<pair> these are of the mean |difference| of g(r) between two replicas, over all pairs of them and

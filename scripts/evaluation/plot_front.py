@@ -121,9 +121,11 @@ def draw_panel(
     front = on_front(points.cost_share_of_full_dem, points[column])
     axes.plot(cost[front], error[front], color=INK, linewidth=1.1, linestyle=(0, (1, 1.5)), zorder=2, label="front")
     for plain, marker in markers.items():
-        own = points[points.plain == plain].sort_values("input_last_frame").index
-        axes.plot(cost[own], error[own], marker=marker, color=colours[plain], mec="white", mew=0.6, ms=7.5, label=plain)
-        rim = own[front[own]]
+        places = points[points.plain == plain].sort_values("input_last_frame").index
+        axes.plot(
+            cost[places], error[places], marker=marker, color=colours[plain], mec="white", mew=0.6, ms=7.5, label=plain
+        )
+        rim = places[front[places]]
         axes.plot(cost[rim], error[rim], marker, color=colours[plain], mec=INK, mew=1.2, ms=7.5)
     shown = [*error[~beyond], *([1.0] if panel.reference else []), *([panel.scale * band] if band > 0 else [])]
     lowest, highest = min([*error, *shown]) / MARGIN, max(shown) * MARGIN
@@ -165,7 +167,7 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
     axes = panels["density_error"]  # has what all have, and the band
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=5)
     by_frame = points.sort_values("input_last_frame").groupby("plain", sort=False)
-    lines = [list(own.index) for _, own in by_frame if len(own) > 1]
+    lines = [list(frames.index) for _, frames in by_frame if len(frames) > 1]
     numbers = {place: f"{points.input_last_frame[place]}" for line in lines for place in line}
     for column, axes in panels.items():
         places = np.column_stack([100 * points.cost_share_of_full_dem, PANELS[column].scale * points[column]])

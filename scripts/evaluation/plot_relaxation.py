@@ -36,8 +36,8 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
     known = known[np.isfinite(known) & (known > 0)]
     lowest, highest = min([band, *known]) / MARGIN, max([band, *known]) * MARGIN
     axes.axhspan(lowest, band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: within the band")
-    for (label, own), marker in zip(means.iterrows(), SURROGATE_MARKERS * len(means), strict=False):
-        axes.plot(own.index, own, color=colours[label], marker=marker, ms=7, mec="white", mew=0.6, label=label)
+    for (label, errors), marker in zip(means.iterrows(), SURROGATE_MARKERS * len(means), strict=False):
+        axes.plot(errors.index, errors, color=colours[label], marker=marker, ms=7, mec="white", mew=0.6, label=label)
     axes.set(xscale="log", yscale="log", ylim=(lowest, highest), xlabel="Steps of the relaxation")
     axes.set_xlim(means.columns.min() / MARGIN, means.columns.max() * MARGIN)
     plain_ticks(axes.xaxis, FixedLocator(means.columns))

@@ -27,11 +27,11 @@ def draw_skill(skill: pd.DataFrame) -> Figure:
     left = max(LOWEST, min(skill.skill.min(), 0.0) - 0.1)
     step = 1 / (len(slurries) + 1)
     for row, (label, colour) in enumerate(surrogate_colours(labels).items()):
-        own = skill[skill.surrogate == label]
-        median = own.skill.median()
+        points = skill[skill.surrogate == label]
+        median = points.skill.median()
         if median >= left:
             axes.plot([median, median], [row - 0.42, row + 0.42], color=MEDIAN, linewidth=3.0, zorder=1.5)
-        for point in own.itertuples():
+        for point in points.itertuples():
             place = row - 0.5 + step * (slurries.index(point.slurry) + 1)
             below = point.skill < left
             x = left if below else point.skill

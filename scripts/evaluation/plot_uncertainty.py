@@ -74,10 +74,10 @@ def draw_uncertainty(judged: Sequence[Judged], table: pd.DataFrame) -> Figure:
     figure = new_figure(9.5, 0.6 + 4.4 * len(surrogates))
     panels = figure.subplots(len(surrogates), 2, squeeze=False)
     for (reliability, bins), surrogate in zip(panels, surrogates, strict=True):
-        own = [one for one in judged if one.surrogate == surrogate]
+        slurries = [one for one in judged if one.surrogate == surrogate]
         rows = table[table.surrogate == surrogate]
-        draw_reliability(reliability, own, rows)
-        draw_bins(bins, own, rows)
+        draw_reliability(reliability, slurries, rows)
+        draw_bins(bins, slurries, rows)
         reliability.set_title(f"{surrogate}: coverage")
         bins.set_title(f"{surrogate}: error against spread")
     for role in dict.fromkeys(table.role):

@@ -20,25 +20,28 @@ PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTE
 COLUMNS = 2
 
 
-def draw_panel(axes: Axes, own: pd.DataFrame, length_s: float) -> None:
+def draw_panel(axes: Axes, slurries: pd.DataFrame, length_s: float) -> None:
     """Draw the slurries of one surrogate in units of `length_s` seconds."""
-    places, start = np.arange(len(own)), np.zeros(len(own))
+    places, start = np.arange(len(slurries)), np.zeros(len(slurries))
     for stage, label in HYBRID_PARTS.items():
-        width = own[stage].to_numpy() / length_s
+        width = slurries[stage].to_numpy() / length_s
         axes.barh(places, width, 0.62, left=start, color=PART_COLOURS[stage], label=label)
         start = start + width
-    for seconds, marker, label in ((own.dem_to_equilibrium, "d", "DEM to equilibrium"), (own.dem, "|", "full DEM")):
+    for seconds, marker, label in (
+        (slurries.dem_to_equilibrium, "d", "DEM to equilibrium"),
+        (slurries.dem, "|", "full DEM"),
+    ):
         if seconds.notna().any():
             size, edge, width = (8, "white", 1) if marker == "d" else (13, DEM, 2)
             axes.plot(seconds / length_s, places, marker, color=DEM, mec=edge, mew=width, ms=size, label=label)
-    for place, row in enumerate(own.itertuples()):
+    for place, row in enumerate(slurries.itertuples()):
         if not np.isnan(row.ratio):
             text = f"{row.ratio:.1f} ×"
             if not np.isnan(row.ratio_to_equilibrium):
                 text += f" ({row.ratio_to_equilibrium:.1f} ×)"
             at = (max(row.hybrid, row.dem) / length_s, place)
             axes.annotate(text, at, (7, 0), textcoords="offset points", va="center", fontsize=8.5, color=INK)
-    axes.set(yticks=places, yticklabels=own.slurry)
+    axes.set(yticks=places, yticklabels=slurries.slurry)
     axes.grid(axis="y", visible=False)
 
 
@@ -47,12 +50,12 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     panels = dict(list(comparison.groupby("surrogate", sort=False)))
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    slurries = max(len(own) for own in panels.values())
+    slurries = max(map(len, panels.values()))
     figure = new_figure(5.6 * columns + 1.4, 0.9 + rows * (0.7 + 0.3 * slurries))
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     length_s, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
-    for axes, (surrogate, own) in zip(grid.flat, panels.items(), strict=False):
-        draw_panel(axes, own.reset_index(drop=True), length_s)
+    for axes, (surrogate, table) in zip(grid.flat, panels.items(), strict=False):
+        draw_panel(axes, table.reset_index(drop=True), length_s)
         axes.set(title=surrogate, xlabel=f"Wall time ({unit})", ylabel="Slurry")
         axes.invert_yaxis()
         axes.xaxis.set_tick_params(labelbottom=True)

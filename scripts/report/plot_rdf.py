@@ -59,8 +59,8 @@ def draw_rdf(
             lines += [("mean |Δg|", INK)] if known else []
             lines += [(f"{differences[name, slurry, pair]:.3f}", colours[name]) for name in known]
             for name in surrogates:
-                own = of_pair[of_pair.surrogate == name]
-                axes.plot(own.r_um, own.g_relaxed, color=colours[name], lw=1.1)
+                curve = of_pair[of_pair.surrogate == name]
+                axes.plot(curve.r_um, curve.g_relaxed, color=colours[name], lw=1.1)
             for place_of_line, (text, colour) in enumerate(lines):
                 position = {"xytext": (0, -11 * place_of_line), "textcoords": "offset points"}
                 style = {"xycoords": "axes fraction", "ha": "right", "va": "top", "fontsize": 8.5, "color": colour}

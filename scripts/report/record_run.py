@@ -49,11 +49,11 @@ def lammps_says(executable: str) -> dict[str, str]:
         text = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60).stdout
     except (InputError, OSError, subprocess.TimeoutExpired):  # as where only compute nodes have it
         text = ""
-    found = {
+    matches = {
         "lammps_version": re.search(r"Massively Parallel Simulator - (.*)", text),
         "mpi": re.search(r"^MPI (v.*)", text, re.MULTILINE),
     }
-    return {key: " ".join(match[1].split()) if match else "unknown" for key, match in found.items()}
+    return {key: " ".join(match[1].split()) if match else "unknown" for key, match in matches.items()}
 
 
 def main(args: Namespace) -> None:

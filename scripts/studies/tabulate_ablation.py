@@ -77,12 +77,12 @@ def affine_loss_um2(training_set: TrainingSet) -> float:
 
 def held_out(skill: pd.DataFrame, label: str, roles: dict[str, str]) -> dict[str, float]:
     """Means over the slurries of each role. InputError if the table has no row of the label."""
-    own = skill[skill.surrogate == label]
-    if own.empty:
+    skills = skill[skill.surrogate == label]
+    if skills.empty:
         raise InputError(f"tables/skill.csv: has no row of {label}")
-    if unknown := sorted(set(own.slurry) - set(roles)):
+    if unknown := sorted(set(skills.slurry) - set(roles)):
         raise InputError(f"--roles: slurry {', '.join(unknown)} has none")
-    means = own.groupby(own.slurry.map(roles))[["mse_um2", "skill"]].mean().reindex(ROLES)
+    means = skills.groupby(skills.slurry.map(roles))[["mse_um2", "skill"]].mean().reindex(ROLES)
     return {f"{role}_{quantity}": means.at[role, quantity] for quantity in means for role in ROLES}
 
 

@@ -53,7 +53,8 @@ SURROGATES = config["surrogate"]["names"]  # in the main job
 FURTHER = config["evaluation"]["surrogates"]
 if not TRAINING_NEEDED:  # leave out surrogates that need the training slurries
     SURROGATES, FURTHER = (
-        [label for label in labels if label_settings.without_training(config, label)] for labels in (SURROGATES, FURTHER)
+        [label for label in labels if label_settings.without_training(config, label)]
+        for labels in (SURROGATES, FURTHER)
     )
 LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 KINDS = {text: label.surrogate for text, label in LABELS.items()}
