@@ -26,6 +26,7 @@ INPUT_FILES = {
 }
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Where several processes share the tests, let one run all of a file, or of tests/workflow, which share fixtures.
 
