@@ -14,10 +14,10 @@ demo: .venv/installed
 
 # At most 10 minutes on two idle cores. test-full adds the tests marked `full`, which repeat what others show.
 test: .venv/installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder -m "not full"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder -m "not full"
 
 test-full: .venv/installed-test
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 # The workflow on a real Slurm of one node, which is there for the test alone. Its environment is another one: see
 # envs/requirements-slurm.txt.

@@ -26,17 +26,8 @@ INPUT_FILES = {
 }
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Where several processes share the tests, let one run all of a file, or of tests/workflow, which share fixtures.
-
-    Whole workflows are started first, as they take longest.
-    """
-    if not hasattr(config, "workerinput"):
-        return
-    for item in items:
-        folder = item.path.parent
-        item.add_marker(pytest.mark.xdist_group(folder.name if folder.name == "workflow" else str(item.path)))
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Start whole workflows first, as they take longest, where several processes share the tests."""
     items.sort(key=lambda item: item.get_closest_marker("slow") is None)
 
 

@@ -12,11 +12,12 @@ import pandas as pd
 import pytest
 import yaml
 
-from checkouts import snakemake
+from checkouts import copy_checkout, snakemake
 from configurations import HEADER
 from html_pages import Page
 from pictures import is_drawn
 from slurrycast.runtime.files import CHECKSUMS, check_unchanged, checksum
+from torture.comparison import ASIDE, OF_TIME, content
 
 SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "V1": "validation", "N1": "new"}
 HELD_OUT = ("1", "2", "V1")
@@ -25,7 +26,45 @@ SURROGATES = ["persistence", "affine", "linear", "vgg16"]
 FURTHER = ["neighbours", "vgg16_box", "vgg16_box_nobox", "affine_f02", "driven_dem"]
 FURTHER += ["early_dem_x2", "early_dem_x10", "early_dem_x10_f02"]
 TINY = ("--configfile", "config/tiny.yaml")
+# Tables of a second run; what is drawn or reported from tables is left out.
+SECOND_RUN = ["density_volume", "coordinate_errors", "rdf_errors", "equilibrium", "training_range", "noise", "skill"]
+SECOND_RUN += ["structure_errors", "ablation", "uncertainty"]
+# Each of these is there for every slurry, surrogate or table.
+FOLDERS = {"dem", "frames", "dataset", "models", "hybrid", "rdf", "perturbed", "structure", "tables"}
+# Seconds derive from seconds, like those of OF_TIME.
+TIMED = ["cost", "speedup", "front", "equal_cost", "cost_scaling", "article_costs", "relaxation"]
+TIMED += ["timestep", "timestep_summary"]
 pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def again(tmp_path_factory) -> Path:
+    """The tiny configuration in another checkout, one job after the other."""
+    project = copy_checkout(tmp_path_factory.mktemp("again"))
+    tables = [f"results/tiny/tables/{name}.csv" for name in SECOND_RUN]
+    snakemake(project, *tables, "models", "--cores", "1", "--configfile", "config/tiny.yaml")
+    return project / "results" / "tiny"
+
+
+@pytest.mark.full
+def test_two_fresh_runs_are_equal(evaluation, again):
+    """On one machine and one MPI rank, in each file that is not about time; models by their weights and layers."""
+    names = [path.relative_to(again).as_posix() for path in again.rglob("*") if path.is_file()]
+    compared = [name for name in names if not OF_TIME.fullmatch(name) and not ASIDE.fullmatch(name)]
+    assert {name.partition("/")[0] for name in compared if "/" in name} >= FOLDERS
+    assert [name for name in compared if content(evaluation / name) != content(again / name)] == []
+
+
+def test_every_table_is_compared_or_holds_times(evaluation):
+    assert {path.stem for path in (evaluation / "tables").glob("*.csv")} == {*SECOND_RUN, *TIMED}
+
+
+def test_comparison_sees_the_last_bit(results, tmp_path):
+    """What the test above would say if one number differed."""
+    kept = json.loads((results / "models" / "linear" / "model.json").read_text())
+    kept["training_mse_um2"] *= 1 + 2**-52
+    (tmp_path / "model.json").write_text(json.dumps(kept, indent=1) + "\n")
+    assert content(tmp_path / "model.json") != content(results / "models" / "linear" / "model.json")
 
 
 def test_contract(results):
