@@ -183,8 +183,8 @@ def test_evaluation_tables(evaluation):
     tables = {path.stem: table(evaluation, path.stem) for path in (evaluation / "tables").glob("*.csv")}
     of_all = sorted(product([*SURROGATES, *FURTHER], HELD_OUT))
     skill, front = tables["skill"], tables["front"]
-    for table in (skill, front):
-        assert sorted(zip(table.surrogate, table.slurry, strict=True)) == of_all
+    for rows in (skill, front):
+        assert sorted(zip(rows.surrogate, rows.slurry, strict=True)) == of_all
     # with what the coordinate errors of the main job say
     errors = tables["coordinate_errors"].query("axis == 'all'").set_index(["surrogate", "slurry"]).mse_um2
     np.testing.assert_allclose(skill.set_index(["surrogate", "slurry"]).mse_um2.loc[errors.index], errors, rtol=1e-6)
@@ -228,7 +228,7 @@ def test_evaluation_tables(evaluation):
 def test_relaxations_of_several_lengths(evaluation):
     """A row a surrogate, validation slurry and number of steps, and its part of the page."""
     text = (evaluation / "evaluation.html").read_text(encoding="utf-8")
-    assert "Steps of relaxation, of 300 and 1,000, after which" in text
+    assert "Relaxations of 300 and 1,000 steps" in text
     rows, structure = (table(evaluation, name) for name in ("relaxation", "structure_errors"))
     found = zip(rows.surrogate, rows.slurry, rows.steps, strict=True)
     assert sorted(found) == sorted(product([*SURROGATES, *FURTHER], ["V1"], (300, 1000)))
@@ -288,6 +288,6 @@ def test_new_slurry_with_a_trained_model(project, results):
     report = (one / "report.html").read_text(encoding="utf-8")
     assert "Fig. 6" in report
     assert "trained elsewhere" in report
-    assert "their range is not known here" in report
+    assert "range is not known here" in report
     assert not (one / "tables" / "training_range.csv").exists()
     assert pd.read_csv(one / "tables" / "coordinate_errors.csv").empty
