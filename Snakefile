@@ -15,7 +15,7 @@ from snakemake.utils import min_version
 min_version("9.14.8")  # jobs on other nodes see the same configuration
 
 
-configfile: "config/config.yaml"
+configfile: os.path.join(workflow.basedir, "config", "config.yaml")
 
 
 include: "workflow/rules/common.smk"

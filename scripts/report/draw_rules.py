@@ -1,6 +1,6 @@
 """Ask Snakemake for the graph of its rules.
 
-In: the effective configuration (YAML).
+In: the Snakefile, the effective configuration (YAML).
 Out: the graph in DOT, as `snakemake --rulegraph` prints it.
 """
 
@@ -13,13 +13,15 @@ from slurrycast.runtime.files import RunError, write_text
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
+    parser.add_input("--snakefile", "Snakefile of the workflow")
     parser.add_input("--config", "effective configuration, YAML")
     parser.add_output("--rulegraph", "graph of the rules, DOT")
 
 
 def main(args: Namespace) -> None:
     """Ask and write."""
-    command = [sys.executable, "-m", "snakemake", "--rulegraph", "--configfile", args.config]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", args.snakefile, "--rulegraph"]
+    command += ["--configfile", args.config]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RunError(f"snakemake --rulegraph: {' '.join(done.stderr.split())[-300:]}")

@@ -104,11 +104,27 @@ def required(role, reason=""):
     return slurries
 
 
+def project_file(path):
+    """Path of a file of the project from the working directory, which `--directory` or `-s` may set elsewhere."""
+    return os.path.relpath(Path(workflow.basedir, path).resolve())
+
+
 def code(script, loads_surrogate=False):
     """The script "stage/stem" of a rule and the modules that it imports, as inputs, so that an edit reruns the rule."""
     path = f"scripts/{script}.py"
-    of_surrogate = lambda wildcards: modules(path, LABELS[wildcards.surrogate].name)
-    return {"script": path, "modules": of_surrogate if loads_surrogate else modules(path)}
+    of_script = lambda surrogate=None: [project_file(module) for module in modules(path, surrogate)]
+    of_surrogate = lambda wildcards: of_script(LABELS[wildcards.surrogate].name)
+    return {"script": project_file(path), "modules": of_surrogate if loads_surrogate else of_script()}
+
+
+def page_templates(page):
+    """Templates of a page, "report" or "evaluation", as inputs."""
+    return [project_file(template) for template in templates(page)]
+
+
+def lammps_scripts(*stems):
+    """Scripts in scripts/lammps, as inputs."""
+    return [project_file(f"scripts/lammps/{stem}.lmp") for stem in stems]
 
 
 def reported(path, caption, category, **labels):
@@ -261,7 +277,7 @@ def goes_on(wildcards):
 
 def continuation_script(wildcards):
     """LAMMPS script of a surrogate that continues the DEM."""
-    return f"scripts/lammps/{KINDS[wildcards.surrogate].dem_script}" if goes_on(wildcards) else []
+    return project_file(f"scripts/lammps/{KINDS[wildcards.surrogate].dem_script}") if goes_on(wildcards) else []
 
 
 def continuation_options(wildcards, input):

@@ -16,7 +16,7 @@ rule extract_frames:
         # The dump is gone once the frames are checked, so any reason to read it again repeats the DEM. An edit of the
         # code is none: the script is ancient, its modules are not listed. To have it all the same: --forcerun
         # extract_frames.
-        script=ancient("scripts/dem/extract_frames.py"),
+        script=ancient(project_file("scripts/dem/extract_frames.py")),
         dump=rules.run_slurry.output.dump,
         inputs=rules.generate_inputs.output.inputs,
         run=rules.run_slurry.output.run,

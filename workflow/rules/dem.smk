@@ -38,7 +38,7 @@ rule run_slurry:
     """Run the DEM of a slurry from its initial state to its last frame."""
     input:
         **code("dem/run_slurry"),
-        lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "start", "slurry"]),
+        lammps=lammps_scripts("push_off", "start", "slurry"),
         data=rules.generate_inputs.output.data,
         coefficients=rules.generate_inputs.output.coefficients,
         push_off=rules.generate_inputs.output.push_off,

@@ -34,7 +34,7 @@ rule relax_slurry:
     """Push overlaps off and relax a prediction by a short DEM."""
     input:
         **code("hybrid/relax_slurry"),
-        lammps=expand("scripts/lammps/{script}.lmp", script=["push_off", "relax"]),
+        lammps=lammps_scripts("push_off", "relax"),
         wrapped=rules.wrap_slurry.output.wrapped,
         predicted=rules.predict_slurry.output.predicted,
         inputs=rules.generate_inputs.output.inputs,

@@ -43,8 +43,8 @@ rule draw_rules:
     """Write the graph of the rules."""
     input:
         **code("report/draw_rules"),
-        snakefile="Snakefile",
-        rules=sorted(map(str, Path("workflow/rules").rglob("*.smk"))),
+        snakefile=project_file("Snakefile"),
+        rules=sorted(map(project_file, Path(workflow.basedir, "workflow", "rules").rglob("*.smk"))),
         config=rules.record_run.output.config,
     output:
         rulegraph=f"{RESULTS}/figures/rulegraph.dot",
@@ -54,7 +54,9 @@ rule draw_rules:
     conda:
         "../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --config {input.config:q} --rulegraph {output.rulegraph:q} 2>&1 | tee {log:q}"
+        "python {input.script:q} --snakefile {input.snakefile:q} --config {input.config:q} --rulegraph"
+        " {output.rulegraph:q}"
+        " 2>&1 | tee {log:q}"
 
 
 rule plot_workflow:
@@ -243,7 +245,7 @@ rule write_report:
     """Write the report of the main job as one HTML page."""
     input:
         **code("report/write_report"),
-        templates=templates("report"),
+        templates=page_templates("report"),
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,
         inputs=expand(rules.generate_inputs.output.inputs, slurry=SLURRIES),
@@ -294,7 +296,7 @@ rule write_evaluation:
     """Write the evaluation as one HTML page."""
     input:
         **code("evaluation/write_evaluation"),
-        templates=templates("evaluation"),
+        templates=page_templates("evaluation"),
         equilibrium=rules.measure_equilibrium.output.table,
         skill=rules.compute_skill.output.table,
         noise=rules.measure_noise.output.table,

@@ -2,7 +2,7 @@
 
 The Snakefile imports this module when it is parsed, so its imports stay light. What the schemas in workflow/schemas say
 is not repeated here; the checks below are those that a schema cannot express. Paths are relative to the working
-directory.
+directory, but a slurry table may also lie in the project.
 """
 
 import re

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slurrycast.config.schema_errors import schema, schema_errors, shown
+from slurrycast.config.schema_errors import ROOT, schema, schema_errors, shown
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,10 +35,17 @@ def _cell(text: str, rule: Mapping) -> str | int | float:
 
 
 def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
-    """Read the slurry table at `path`: its good rows, and a line for each problem."""
+    """Read the slurry table at `path`: its good rows, and a line for each problem.
+
+    A relative path starts at the working directory. Where there is no such file it starts at the project, since the
+    shipped configurations name tables of the project and can be used from any folder.
+    """
     try:
         # utf-8-sig: spreadsheet programs put a byte order mark in front
-        text = Path(path).read_text(encoding="utf-8-sig")
+        try:
+            text = Path(path).read_text(encoding="utf-8-sig")
+        except FileNotFoundError:
+            text = (ROOT / path).read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         return [], [f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"]
     reader = csv.reader(text.splitlines(), delimiter="\t")

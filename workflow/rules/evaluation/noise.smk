@@ -17,7 +17,7 @@ rule run_perturbed:
     """Run the DEM again from the last input frame with slightly displaced particles."""
     input:
         **code("evaluation/run_perturbed"),
-        lammps=expand("scripts/lammps/{script}.lmp", script=["displace", "slurry"]),
+        lammps=lammps_scripts("displace", "slurry"),
         run=rules.run_slurry.output.run,
         frames=rules.extract_frames.output.frames,
         inputs=rules.generate_inputs.output.inputs,
