@@ -30,6 +30,7 @@ include: "workflow/rules/evaluation/cost.smk"
 include: "workflow/rules/evaluation/uncertainty.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/earlier_results.smk"
 
 
 report: "workflow/report/workflow.rst"

@@ -31,14 +31,14 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     }
 
 
-def _settings(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield (key path, value) for all that is no mapping and no list of mappings."""
+def flat_settings(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield (key path, value) for all in a section that is no mapping and no list of mappings."""
     if isinstance(value, Mapping):
         for key, item in value.items():
-            yield from _settings(item, f"{path}.{key}".lstrip("."))
+            yield from flat_settings(item, f"{path}.{key}".lstrip("."))
     elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
         for index, item in enumerate(value):
-            yield from _settings(item, f"{path}[{index}]")
+            yield from flat_settings(item, f"{path}[{index}]")
     else:
         yield path, value
 
@@ -69,11 +69,11 @@ def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | 
         if not path.exists():
             continue
         try:
-            before = dict(_settings(json.loads(path.read_text(encoding="utf-8"))["physics"]))
+            before = dict(flat_settings(json.loads(path.read_text(encoding="utf-8"))["physics"]))
         except (OSError, ValueError, KeyError, TypeError):
             lines.append(f"{path}: does not say with which settings it was run: {way_out}")
             continue
-        now = dict(_settings(physics(config, slurry)))
+        now = dict(flat_settings(physics(config, slurry)))
         for key in dict.fromkeys([*now, *before]):
             if key not in now or key not in before or now[key] != before[key]:
                 was = f"with {key} = {shown(before[key])}" if key in before else f"without {key}"

@@ -140,6 +140,17 @@ def check_unchanged(path: str | Path) -> None:
         )
 
 
+def damaged_files(folder: str | Path) -> Iterator[str]:
+    """Yield a line for each file at any depth of `folder` that `check_unchanged` refuses."""
+    for kept in sorted(Path(folder).rglob(f"{CHECKSUMS}/*.sha256")):
+        path = kept.parent.with_name(kept.stem)
+        try:
+            if path.exists():  # of a temporary file only the checksum stays
+                check_unchanged(path)
+        except InputError as error:
+            yield str(error)
+
+
 def write_text(path: str | Path, text: str) -> None:
     """Write `text` to `path` in one move (UTF-8)."""
     with moved_into_place(path) as part:

@@ -1,0 +1,104 @@
+"""Results that were copied, with new times or without the records of Snakemake: never deleted, taken over if whole."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from checkouts import snakemake
+from configurations import HEADER, ROOT, load
+from slurrycast.runtime.files import checksum, write_text
+
+pytestmark = pytest.mark.slow
+RESULTS = Path("results/copied")
+FRAMES = RESULTS / "frames/1.h5"
+
+
+def run(folder: Path, *arguments: str, fails: bool = False) -> str:
+    """Ask for the frames of slurry 1 in the working directory `folder`."""
+    options = ["--directory", str(folder), "--configfile", str(folder / "my.yaml"), *arguments]
+    return snakemake(ROOT, *options, "--", str(FRAMES), fails=fails)
+
+
+def contents(folder: Path) -> dict[str, str]:
+    """Checksums of all results."""
+    return {str(path): checksum(path) for path in (folder / RESULTS).rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """A working directory with real inputs of 15,700 particles, more than 1 MB, and files in place of a DEM of hours."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "my.tsv").write_text(f"{HEADER}1\ttest\t60\t1.0\t1\nT1\ttrain\t1\t1.0\t2\n")
+    config = load("tiny") | {"run": {"name": "copied"}, "slurries": "my.tsv"}
+    config["formulation"] = config["formulation"] | {"unit_mass_pg": 340.0}
+    (folder / "my.yaml").write_text(yaml.safe_dump(config))
+    dem = folder / RESULTS / "dem/1"
+    options = ["--directory", str(folder), "--configfile", str(folder / "my.yaml")]
+    targets = [str(RESULTS / "dem/1/inputs.json"), str(RESULTS / "config.yaml")]
+    snakemake(ROOT, *options, "--", *targets)
+    assert (dem / "initial.data").stat().st_size > 1e6
+    inputs = json.loads((dem / "inputs.json").read_text())
+    restarts = [f"frame_{number}.restart" for number in load("config")["learning"]["input_frames"]]
+    for name in (*restarts, "lammps.log", "thermo.csv"):
+        write_text(dem / name, name)
+    write_text(dem / "run.json", json.dumps({"frames_written": 121, "physics": inputs["physics"]}))
+    write_text(folder / RESULTS / "costs/run_slurry/1.json", "{}")
+    write_text(folder / RESULTS / "costs/extract_frames/1.json", "{}")
+    write_text(folder / FRAMES, "frames")
+    run(folder, "--touch", "--forceall")
+    return folder
+
+
+def copied(made: Path, name: str, age_s: float = 0.0, records: bool = True) -> Path:
+    """Copy the working directory; results become older by `age_s`, and may come without the records of Snakemake."""
+    folder = made.with_name(name)  # beside it: jobs name the files of the project from the working directory
+    shutil.copytree(made, folder)
+    for path in (folder / RESULTS).rglob("*"):
+        os.utime(path, times=(path.stat().st_mtime - age_s,) * 2)
+    if not records:
+        shutil.rmtree(folder / ".snakemake")
+    return folder
+
+
+def test_new_times_of_large_files_repeat_nothing(made):
+    folder = copied(made, "new_times")
+    for name in ("initial.data", "inputs.json"):
+        (folder / RESULTS / "dem/1" / name).touch()
+    assert "Nothing to be done" in run(folder, "--dry-run")
+
+
+def test_results_without_records_are_kept_and_can_be_taken_over(made):
+    folder = copied(made, "no_records", age_s=1e6, records=False)
+    before = contents(folder)
+    said = run(folder, fails=True)
+    assert f"{RESULTS}: run_slurry 1 and 2 more jobs would delete finished results and make them again" in said
+    assert contents(folder) == before
+    run(folder, "--touch", "--forceall")
+    assert "Nothing to be done" in run(folder, "--dry-run")
+    assert contents(folder) == before
+
+
+def test_only_whole_results_of_this_configuration_are_taken_over(made):
+    folder = copied(made, "damaged", age_s=1e6, records=False)
+    with (folder / RESULTS / "dem/1/thermo.csv").open("a") as file:
+        file.write("x")
+    config = yaml.safe_load((folder / "my.yaml").read_text())
+    config["learning"] = config.get("learning", {}) | {"seed": 12345}
+    (folder / "my.yaml").write_text(yaml.safe_dump(config))
+    said = run(folder, "--touch", "--forceall", fails=True)
+    assert f"{RESULTS}/dem/1/thermo.csv: not what was written there" in said
+    assert f"{RESULTS}: made with learning.seed = " in said and ", the configuration has 12345: take them over" in said
+    assert "Nothing was touched" in said
+
+
+def test_an_upstream_job_that_runs_again_does_not_delete_a_finished_dem(made):
+    """As after an edit of the code: if the DEM should run again, run.overwrite says so."""
+    folder = copied(made, "upstream")
+    before = contents(folder)
+    said = run(folder, "--forcerun", "generate_inputs", fails=True)
+    assert f"{RESULTS}: run_slurry 1 would delete finished results" in said
+    assert contents(folder) == before
