@@ -9,6 +9,7 @@ import sys
 
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import RunError, write_text
+from slurrycast.runtime.programs import ending
 
 
 def add_options(parser: Parser) -> None:
@@ -24,7 +25,7 @@ def main(args: Namespace) -> None:
     command += ["--configfile", args.config]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
-        raise RunError(f"snakemake --rulegraph: {' '.join(done.stderr.split())[-300:]}")
+        raise RunError(f"snakemake --rulegraph: {ending(done.returncode, (done.stdout + done.stderr).splitlines())}")
     write_text(args.rulegraph, done.stdout)
 
 

@@ -10,17 +10,17 @@ the checksum of every output (`.checksums/` beside it), so each can be traced to
 import json
 import platform
 import re
-import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 
 import psutil
 import yaml
 
-from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime import provenance
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.lammps_help import LammpsHelp, ask
+from slurrycast.runtime.programs import Launcher
 
 
 def add_options(parser: Parser) -> None:
@@ -45,15 +45,10 @@ def processor() -> str:
 def lammps_says(executable: str) -> dict[str, str]:
     """Version of LAMMPS, and of the MPI it is linked to, from its own help text."""
     try:
-        command = [*Launcher(executable, "", 1).command(), "-h"]
-        text = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60).stdout
-    except (InputError, OSError, subprocess.TimeoutExpired):  # as where only compute nodes have it
-        text = ""
-    matches = {
-        "lammps_version": re.search(r"Massively Parallel Simulator - (.*)", text),
-        "mpi": re.search(r"^MPI (v.*)", text, re.MULTILINE),
-    }
-    return {key: " ".join(match[1].split()) if match else "unknown" for key, match in matches.items()}
+        said = ask(Launcher(executable, "", 1))
+    except InputError:  # as where only compute nodes have it
+        said = LammpsHelp(executable, "")
+    return {"lammps_version": said.version, "mpi": said.mpi}
 
 
 def main(args: Namespace) -> None:

@@ -184,6 +184,30 @@ def test_two_ranks_follow_the_same_trajectory(folder, variables):
     assert " MPI tasks x 1 OpenMP threads" in (folder / "segment_3050.log").read_text()
 
 
+@pytest.mark.parametrize(
+    ("variables_of_launcher", "ranks"),
+    [
+        ("PMI_FD=9 PMI_RANK=0 PMI_SIZE=1", 1),
+        ("PMI_PORT=localhost:9 PMI_ID=0", 1),
+        ("PMIX_NAMESPACE=prterun-1 PMIX_RANK=0", 1),
+        ("PMIX_NAMESPACE=prterun-1 PMIX_RANK=0", 2),
+        ("PMI_FD=9 PMI_RANK=3 PMI_SIZE=4 MPI_LOCALRANKID=3 MPI_LOCALNRANKS=4", 2),
+    ],
+)
+def test_variables_of_an_outer_launcher_do_no_harm(folder, variables, monkeypatch, variables_of_launcher, ranks):
+    for setting in variables_of_launcher.split():
+        monkeypatch.setenv(*setting.split("="))
+    assert push_off(folder, variables, Launcher("lmp", "mpiexec", ranks)).ranks == ranks
+
+
+def test_small_shared_memory_is_suspected(folder, variables, program):
+    launcher = program("echo\nexit 249")  # as MPICH's launcher ends when /dev/shm is full
+    with pytest.raises(
+        RunError, match=r"249 \(as after signal 7, Bus error\): it printed nothing; /dev/shm.*small; log"
+    ):
+        push_off(folder, variables, Launcher("lmp", launcher, 2))
+
+
 def test_launcher_that_starts_copies_of_one_rank_is_noticed(folder, variables, program):
     launcher = program('shift 2\n"$@"\n"$@"')  # ignores `-n 2`
     with pytest.raises(RunError) as error:
@@ -232,6 +256,14 @@ def test_earlier_log_is_not_mistaken_for_that_of_a_run_that_wrote_none(folder, v
         ),
         # ranks other than the first one, and MPI itself, write to the screen and not to the log
         ("echo 'ERROR on proc 1: Out of range atoms'\nexit 1", "LAMMPS: ERROR on proc 1: Out of range atoms; log: "),
+        ("echo 'out of licences'\nprintf '\\n\\n\\n\\n\\n\\n'\nexit 3", "exit code 3: out of licences; log: "),
+        ("echo\nexit 3", "LAMMPS ended with exit code 3: it printed nothing; log: "),
+        ("kill -9 $$", "LAMMPS ended with signal 9 (Killed): it printed nothing; memory may have run out; log: "),
+        (
+            "[ $1 = -h ] || { echo 'ERROR: Illegal dump_modify command'; exit 1; }\n"
+            "echo 'Massively Parallel Simulator - 23 Jun 2022'",
+            "is LAMMPS 23 Jun 2022: must be 2 Aug 2023 or newer; log: ",
+        ),
     ],
 )
 def test_words_that_only_the_screen_shows_are_passed_on(folder, variables, program, text, says):

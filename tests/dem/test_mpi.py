@@ -46,6 +46,13 @@ def test_energies_at_step_0_do_not_depend_on_the_ranks(slurry, variables, tmp_pa
         assert found[2][energy] == pytest.approx(found[1][energy], rel=1e-10)
 
 
+@pytest.mark.parametrize("ranks", RANKS)
+def test_a_run_in_a_shell_that_a_launcher_started(slurry, dem_command, tmp_path, ranks):
+    command = [*dem_command(slurry, tmp_path, 1), "--ranks", str(ranks)]
+    subprocess.run(["mpiexec", "-n", "1", *command], check=True)
+    assert json.loads((tmp_path / "run.json").read_text())["ranks"] == ranks
+
+
 @pytest.fixture(scope="module")
 def ends(slurry, tmp_path_factory, generate, dem_command) -> dict[str, pd.Series]:
     """Last row of the thermo table of the slurry, on two ranks, and with each of the seeds on one."""

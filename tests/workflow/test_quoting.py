@@ -1,6 +1,7 @@
 """Nothing of a configuration reaches a shell as more than text."""
 
 import json
+import os
 import shutil
 import zipfile
 
@@ -22,6 +23,10 @@ def project(tmp_path_factory):
     folder = copy_checkout(tmp_path_factory.mktemp("folder") / "a pröject's $(touch x); touch x")
     shutil.copy(folder / "config" / "slurries_tiny.tsv", folder / f"{TEXT}.tsv")
     (folder / f"{TEXT}.yaml").write_text("{}\n")
+    (folder / TEXT).write_text(
+        "#!/bin/sh\nfor last; do :; done\n[ $last = -h ] || exec echo ERROR: started as one program\n"
+    )
+    (folder / TEXT).chmod(0o755)
     layer = {"class_name": "InputLayer", "config": {"name": "features", "batch_shape": [None, 4, 6]}}
     with zipfile.ZipFile(folder / f"{MODEL}.keras", "w") as archive:
         archive.writestr("config.json", json.dumps({"config": {"layers": [layer]}}))
@@ -29,12 +34,13 @@ def project(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("ranks", "program"), [(1, "executable"), (2, "launcher")])
-def test_hostile_texts_stay_text(project, ranks, program):
+def test_hostile_texts_stay_text(project, monkeypatch, ranks, program):
     """Every key that may be any text (test_hostile_text.ANY_TEXT), through jobs that are really run.
 
     And the command line with which Snakemake was started, which is recorded.
     """
     dem = {"executable": "lmp", "launcher": TEXT, "ranks": ranks} | {program: TEXT}
+    monkeypatch.setenv("PATH", os.pathsep.join([str(project), os.environ["PATH"]]))
     name = f"ranks_{ranks}"
     config = load("tiny") | {"run": {"name": name}, "slurries": f"{TEXT}.tsv"}
     config["dem"] |= dem
@@ -43,7 +49,7 @@ def test_hostile_texts_stay_text(project, ranks, program):
     results = project / "results" / name
     targets = [f"results/{name}/{file}" for file in ("config.yaml", "models/vgg16/model.keras", "dem/1/run.json")]
     said = snakemake(project, "--keep-going", *targets, "--configfile", "hostile.yaml", f"{TEXT}.yaml", fails=True)
-    assert f"error: dem.{program}: '$(touch' is not on PATH; give the name or path of an existing program" in said
+    assert "error: LAMMPS: ERROR: started as one program" in said
     assert "Traceback" not in said
     recorded = yaml.safe_load((results / "config.yaml").read_text(encoding="utf-8"))
     assert {key: recorded["dem"][key] for key in dem} == dem

@@ -8,6 +8,33 @@ OUTPUTS:
     dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, lammps.log, thermo.csv, run.json
 """
 
+from snakemake.settings.types import DeploymentMethod
+
+from slurrycast.runtime import lammps_help
+from slurrycast.runtime.files import InputError
+from slurrycast.runtime.programs import Launcher
+
+
+def refuse_unfit_lammps():
+    """Ask the LAMMPS of each planned job for its version and styles; one that only other nodes have is left to them."""
+    deploys = DeploymentMethod.CONDA in workflow.deployment_settings.deployment_method
+    planned = [job.resources for job in workflow.dag.needrun_jobs() if job.resources.get("executable")]
+    for executable, mpi, tasks in sorted({(job.executable, job.mpi, job.tasks) for job in planned}):
+        if deploys and not os.path.isabs(executable):
+            continue  # jobs find it in an environment of their own
+        try:
+            problem = lammps_help.ask(Launcher(executable, mpi, 1 if workflow.non_local_exec else tasks)).problem()
+        except InputError as error:
+            problem = None if workflow.non_local_exec else str(error)
+        if problem:
+            raise WorkflowError(problem, "Nothing was run.")
+
+
+# Before any job, and not where none is run, as in a dry-run.
+onstart:
+    if not workflow.touch:
+        refuse_unfit_lammps()
+
 
 rule generate_inputs:
     """Place the particles of a slurry and write the LAMMPS inputs."""

@@ -1,48 +1,24 @@
 """Start LAMMPS, follow its progress and check its log."""
 
 import contextlib
-import os
-import shlex
 import shutil
 import signal
 import subprocess
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
 from slurrycast.runtime.files import InputError, RunError
+from slurrycast.runtime.lammps_help import ask
+from slurrycast.runtime.programs import Launcher, ended_by, ending
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
 DISK_FULL_BYTES = 1 << 20
-
-
-@dataclass(frozen=True)
-class Launcher:
-    """How LAMMPS is started on this machine: `executable`, and `launcher` -n `ranks` before it when ranks > 1."""
-
-    executable: str
-    launcher: str
-    ranks: int
-
-    def command(self) -> list[str]:
-        """Command line without LAMMPS' own options; InputError if a program cannot be found."""
-        lammps = _resolved("dem.executable", self.executable)
-        return [*_resolved("dem.launcher", self.launcher), "-n", str(self.ranks), *lammps] if self.ranks > 1 else lammps
-
-
-def _resolved(key: str, command: str) -> list[str]:
-    """Program, with its full path since LAMMPS is started from another folder, and options of `command`."""
-    # a program, whose path may hold spaces, or a program with options of its own
-    program, *options = [command] if shutil.which(command) else shlex.split(command)
-    path = shutil.which(program)
-    if path is None:
-        raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
-    return [str(Path(path).absolute()), *options]
 
 
 def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, object]:
@@ -121,12 +97,13 @@ def run_lammps(
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
     columns: list[str] = []
-    tail: deque[str] = deque(maxlen=5)
+    tail: deque[str] = deque(maxlen=20)
     error = ""
-    with _started(command, folder, launcher.ranks) as process:
+    with _started(command, folder, launcher) as process:
         try:
             for line in process.stdout:
-                tail.append(line.strip())
+                if line.strip():
+                    tail.append(line)
                 if line.startswith("ERROR"):
                     error = error or line.strip()
                 if line.split()[:1] == ["Step"]:
@@ -138,10 +115,10 @@ def run_lammps(
                 _end(process, launcher.ranks)
             raise
     if error:  # of any rank; the log holds those of the first one
-        raise RunError(f"LAMMPS: {error}{_cause(folder)}; log: {folder / log}")
+        raise RunError(f"LAMMPS: {error}{_cause(folder, launcher, process.returncode)}; log: {folder / log}")
     if process.returncode:
-        said = " ".join(tail)[-300:]
-        raise RunError(f"LAMMPS ended with exit code {process.returncode}: {said}{_cause(folder)}; log: {folder / log}")
+        how = ending(process.returncode, tail) + _cause(folder, launcher, process.returncode)
+        raise RunError(f"LAMMPS ended with {how}; log: {folder / log}")
     result = read_log(folder / log)
     if result.ranks != launcher.ranks:
         raise RunError(
@@ -151,11 +128,20 @@ def run_lammps(
     return result
 
 
-def _cause(folder: Path) -> str:
-    """A cause that LAMMPS may not name: that its disk is full or its folder gone."""
+def _cause(folder: Path, launcher: Launcher, code: int) -> str:
+    """A cause that LAMMPS may not name: the disk, the memory of its ranks, or LAMMPS itself, if it is not fit."""
     if not folder.exists():
         return "; the work folder is gone"
-    return "; the disk is full" if shutil.disk_usage(folder).free < DISK_FULL_BYTES else ""
+    if shutil.disk_usage(folder).free < DISK_FULL_BYTES:
+        return "; the disk is full"
+    if launcher.ranks > 1 and ended_by(code) == signal.SIGBUS:
+        return "; /dev/shm, through which MPI ranks on a node talk, may be too small"
+    if ended_by(code) == signal.SIGKILL:
+        return "; memory may have run out"
+    with contextlib.suppress(InputError):
+        if problem := ask(replace(launcher, ranks=1)).problem():
+            return f"; {problem}"
+    return ""
 
 
 def _end(process: subprocess.Popen, ranks: int) -> None:
@@ -169,17 +155,17 @@ def _end(process: subprocess.Popen, ranks: int) -> None:
     process.kill()
 
 
-def _started(command: list[str], folder: Path, ranks: int) -> subprocess.Popen:
+def _started(command: list[str], folder: Path, launcher: Launcher) -> subprocess.Popen:
     """Start LAMMPS with the locks of this process; one that runs alone does not hear SIGTERM.
 
     Schedulers send it to every process of a job, and it is this process that decides when LAMMPS ends.
     """
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM} if ranks == 1 else ())
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM} if launcher.ranks == 1 else ())
     try:
         return subprocess.Popen(
             command,
             cwd=folder,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
+            env=launcher.environment(),
             close_fds=False,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

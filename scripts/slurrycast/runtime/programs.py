@@ -1,0 +1,79 @@
+"""Programs that are started here: LAMMPS and its MPI launcher, their environment, and how a program ended, in words."""
+
+import os
+import re
+import shlex
+import shutil
+import signal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from slurrycast.runtime.files import InputError
+
+# What launchers tell the ranks that they start: MPICH and Intel (PMI, MPI_LOCAL, HYDI), Open MPI, MVAPICH, HPE.
+_OF_A_RANK = re.compile(
+    r"PMI|MPI_LOCAL|HYDI_|OMPI_(?!ALLOW_)|ORTE_|PRTE_|MV2_COMM_WORLD_|MPIRUN_|MPISPAWN_|PALS_|ALPS_"
+)
+# Settings of Open MPI that a user makes too; these ones its launcher makes.
+_OF_A_SITE = re.compile(r"[A-Z]+_MCA_(?!ess|orte|prte|pmix|initial_wdir)")
+# What srun tells the tasks of a step; what is left is that of a batch script, in which one rank runs alone.
+_OF_A_STEP = re.compile(r"SLURM_(?:PROCID|LOCALID|NODEID|STEP|TASK_PID|GTIDS|NTASKS|NPROCS|PMI|SRUN_|LAUNCH_)")
+_FATAL = ("SIGILL", "SIGABRT", "SIGBUS", "SIGFPE", "SIGKILL", "SIGSEGV", "SIGTERM")
+
+
+@dataclass(frozen=True)
+class Launcher:
+    """How LAMMPS is started on this machine: `executable`, and `launcher` -n `ranks` before it when ranks > 1."""
+
+    executable: str
+    launcher: str
+    ranks: int
+
+    def command(self) -> list[str]:
+        """Command line without LAMMPS' own options; InputError if a program cannot be found."""
+        lammps = _resolved("dem.executable", self.executable)
+        return [*_resolved("dem.launcher", self.launcher), "-n", str(self.ranks), *lammps] if self.ranks > 1 else lammps
+
+    def environment(self, variables: Mapping[str, str] = os.environ) -> dict[str, str]:
+        """Variables for that command: `variables` without what another launcher left there that started this process.
+
+        LAMMPS would take itself for a rank of that one, whose other end is not there. A launcher of our own needs what
+        Slurm says of the step that it runs in, and the settings of its site; one rank needs neither.
+        """
+        left = dict(variables)
+        for name in variables:
+            if self.ranks > 1 and _OF_A_SITE.match(name):
+                continue
+            if _OF_A_RANK.match(name) or (self.ranks == 1 and _OF_A_STEP.match(name)):
+                del left[name]
+        return left | {"OMP_NUM_THREADS": "1"}
+
+
+def _resolved(key: str, command: str) -> list[str]:
+    """Program, with its full path since LAMMPS is started from another folder, and options of `command`."""
+    # a program, whose path may hold spaces, or a program with options of its own
+    program, *options = [command] if shutil.which(command) else shlex.split(command)
+    path = shutil.which(program)
+    if path is None:
+        raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
+    return [str(Path(path).absolute()), *options]
+
+
+def ended_by(code: int) -> int:
+    """Signal n that an exit code of Python (-n), a shell (128 + n) or MPICH's launcher (256 - n) stands for, or 0."""
+    if code < 0:
+        return -code
+    fatal = [getattr(signal, name) for name in _FATAL]
+    return next((int(number) for number in fatal if code in (128 + number, 256 - number)), 0)
+
+
+def ending(code: int, lines: Iterable[str]) -> str:
+    """How a program ended, on one line: its exit code and the last of the `lines` that it printed, never nothing."""
+    how = f"exit code {code}" if code >= 0 else f"signal {-code}"
+    if number := ended_by(code):
+        name = signal.strsignal(number) or "unknown"
+        how += f" ({name})" if code < 0 else f" (as after signal {number}, {name})"
+    # launchers frame what they say with blank lines and rows of signs
+    words = [" ".join(line.split()) for line in lines if any(character.isalnum() for character in line)]
+    return f"{how}: {' '.join(words[-5:])[-300:] or 'it printed nothing'}"
