@@ -200,11 +200,12 @@ def test_variables_of_an_outer_launcher_do_no_harm(folder, variables, monkeypatc
     assert push_off(folder, variables, Launcher("lmp", "mpiexec", ranks)).ranks == ranks
 
 
-def test_small_shared_memory_is_suspected(folder, variables, program):
-    launcher = program("echo\nexit 249")  # as MPICH's launcher ends when /dev/shm is full
-    with pytest.raises(
-        RunError, match=r"249 \(as after signal 7, Bus error\): it printed nothing; /dev/shm.*small; log"
-    ):
+def test_small_shared_memory_is_named(folder, variables, program, monkeypatch):
+    usage = shutil.disk_usage(folder)._replace(free=16 << 20)
+    monkeypatch.setattr(lammps_run.shutil, "disk_usage", lambda _: usage)
+    launcher = program("echo\nexit 249")  # as MPICH's launcher does then
+    says = r"code 249 \(as after signal 7, Bus error\): it printed nothing; /dev/shm, .* has only 16 MB free; log: "
+    with pytest.raises(RunError, match=says):
         push_off(folder, variables, Launcher("lmp", launcher, 2))
 
 

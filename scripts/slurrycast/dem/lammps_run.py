@@ -15,7 +15,7 @@ import psutil
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.lammps_help import ask
-from slurrycast.runtime.programs import Launcher, ended_by, ending
+from slurrycast.runtime.programs import Launcher, ended_by, ending, shared_memory_cause
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
 DISK_FULL_BYTES = 1 << 20
@@ -115,7 +115,7 @@ def run_lammps(
                 _end(process, launcher.ranks)
             raise
     if error:  # of any rank; the log holds those of the first one
-        raise RunError(f"LAMMPS: {error}{_cause(folder, launcher, process.returncode)}; log: {folder / log}")
+        raise RunError(f"LAMMPS: {error}{_cause(folder, launcher)}; log: {folder / log}")
     if process.returncode:
         how = ending(process.returncode, tail) + _cause(folder, launcher, process.returncode)
         raise RunError(f"LAMMPS ended with {how}; log: {folder / log}")
@@ -128,14 +128,14 @@ def run_lammps(
     return result
 
 
-def _cause(folder: Path, launcher: Launcher, code: int) -> str:
-    """A cause that LAMMPS may not name: the disk, the memory of its ranks, or LAMMPS itself, if it is not fit."""
+def _cause(folder: Path, launcher: Launcher, code: int = 0) -> str:
+    """A cause that LAMMPS may not name: disk, memory, itself; `code` is its exit code if it named no error at all."""
     if not folder.exists():
         return "; the work folder is gone"
     if shutil.disk_usage(folder).free < DISK_FULL_BYTES:
         return "; the disk is full"
-    if launcher.ranks > 1 and ended_by(code) == signal.SIGBUS:
-        return "; /dev/shm, through which MPI ranks on a node talk, may be too small"
+    if code and (cause := shared_memory_cause(launcher.ranks)):
+        return cause
     if ended_by(code) == signal.SIGKILL:
         return "; memory may have run out"
     with contextlib.suppress(InputError):

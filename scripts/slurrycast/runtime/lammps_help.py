@@ -5,7 +5,7 @@ import subprocess
 from dataclasses import dataclass
 
 from slurrycast.runtime.files import InputError
-from slurrycast.runtime.programs import Launcher, ending
+from slurrycast.runtime.programs import Launcher, ending, shared_memory_cause
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 # Found by trying stable releases: the one before, 23 Jun 2022, does not know `dump_modify skip`.
@@ -51,7 +51,8 @@ class LammpsHelp:
         for kind, styles in STYLES.items():
             for style in styles:
                 if kind in known and style not in known[kind]:
-                    return f"dem.executable: {self.executable!r} lacks {kind} style {style}: must have the package GRANULAR"
+                    lack = f"lacks {kind} style {style}: must have the package GRANULAR"
+                    return f"dem.executable: {self.executable!r} {lack}"
         return None
 
 
@@ -81,7 +82,6 @@ def ask(launcher: Launcher) -> LammpsHelp:
     except (OSError, subprocess.TimeoutExpired) as error:
         raise InputError(f"dem.executable: {launcher.executable!r} cannot be asked for its version: {error}") from None
     if done.returncode:
-        raise InputError(
-            f"dem.executable: {launcher.executable!r} -h ended with {ending(done.returncode, done.stdout.splitlines())}"
-        )
+        how = ending(done.returncode, done.stdout.splitlines()) + shared_memory_cause(launcher.ranks)
+        raise InputError(f"dem.executable: {launcher.executable!r} -h ended with {how}")
     return LammpsHelp(launcher.executable, done.stdout)
