@@ -33,6 +33,13 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/earlier_results.smk"
 
 
+# The only one, since a further one would replace it. Snakemake leaves it out in a dry-run.
+onstart:
+    if workflow.is_main_process:
+        check_earlier_results()
+        check_lammps()
+
+
 report: "workflow/report/workflow.rst"
 
 

@@ -15,8 +15,10 @@ from slurrycast.runtime.files import InputError
 from slurrycast.runtime.programs import Launcher
 
 
-def refuse_unfit_lammps():
-    """Ask the LAMMPS of each planned job for its version and styles; one that only other nodes have is left to them."""
+def check_lammps():
+    """Refuse a LAMMPS too old for the planned jobs or without a style; one that only other nodes have is left to them."""
+    if workflow.touch:
+        return
     deploys = DeploymentMethod.CONDA in workflow.deployment_settings.deployment_method
     planned = [job.resources for job in workflow.dag.needrun_jobs() if job.resources.get("executable")]
     for executable, mpi, tasks in sorted({(job.executable, job.mpi, job.tasks) for job in planned}):
@@ -28,12 +30,6 @@ def refuse_unfit_lammps():
             problem = None if workflow.non_local_exec else str(error)
         if problem:
             raise WorkflowError(problem, "Nothing was run.")
-
-
-# Before any job, and not where none is run, as in a dry-run.
-onstart:
-    if not workflow.touch:
-        refuse_unfit_lammps()
 
 
 rule generate_inputs:

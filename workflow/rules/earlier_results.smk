@@ -41,8 +41,3 @@ def check_earlier_results():
                 "run.overwrite: true",
                 "Nothing was run.",
             )
-
-
-onstart:
-    if workflow.is_main_process:
-        check_earlier_results()
