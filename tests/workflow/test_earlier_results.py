@@ -30,7 +30,7 @@ def contents(folder: Path) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
-    """A working directory with real inputs of 15,700 particles, more than 1 MB, and files in place of a DEM of hours."""
+    """A working directory with inputs of 15,700 particles, more than 1 MB, and files in place of a DEM of hours."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "my.tsv").write_text(f"{HEADER}1\ttest\t60\t1.0\t1\nT1\ttrain\t1\t1.0\t2\n")
     config = load("tiny") | {"run": {"name": "copied"}, "slurries": "my.tsv"}

@@ -5,6 +5,9 @@ files with newer times, or records of earlier jobs that are missing since `.snak
 
 REQUIRED INPUTS:
     config[run][overwrite]
+    all files in the results folder of the run
+
+OUTPUTS: none
 """
 
 from slurrycast.config import earlier_results
