@@ -15,6 +15,9 @@ from snakemake.utils import min_version
 min_version("9.14.8")  # jobs on other nodes see the same configuration
 
 
+include: "workflow/rules/configfiles.smk"
+
+
 configfile: os.path.join(workflow.basedir, "config", "config.yaml")
 
 

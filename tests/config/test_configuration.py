@@ -122,6 +122,32 @@ def test_snakemake_prints_the_lines_before_any_job(project, override, lines):
     assert sorted(path for path in project.rglob("*") if ".snakemake" not in path.parts) == before
 
 
+def test_snakemake_names_file_and_lines_of_repeated_keys(project):
+    """In a profile and behind --configfile; the profile of the workflow is no configuration file."""
+    (project / "profile.yaml").write_text("jobs: 2\nset-resources:\n  a:\n    mem: 1\n    mem: 2\n")
+    (project / "twice.yaml").write_text("surrogate: {vgg16: {epochs: 5}}\nsurrogate: {vgg16: {epochs: 2}}\n")
+    printed = snakemake(project, "--workflow-profile", "profile.yaml", "--configfile", "twice.yaml", fails=True)
+    once = "must be given once in a section"
+    lines = [
+        f"twice.yaml line 2: key surrogate was given in line 1: {once}",
+        f"profile.yaml line 5: key mem was given in line 4: {once}",
+    ]
+    assert "\n".join(["", *lines, "Nothing was run.", ""]) in printed
+    assert re.search("Traceback|jobs? to be|rule ", printed) is None
+
+
+def test_snakemake_names_a_default_configuration_in_another_encoding(project):
+    path = project / "config" / "config.yaml"
+    content = path.read_bytes()
+    try:
+        path.write_bytes("# größe\n".encode("latin-1") + content)
+        printed = snakemake(project, fails=True)
+    finally:
+        path.write_bytes(content)
+    assert "\nconfig/config.yaml line 1: byte 0xf6 is not UTF-8: must be saved as UTF-8\nNothing was run.\n" in printed
+    assert "Traceback" not in printed
+
+
 @pytest.mark.parametrize(
     ("phase", "classes", "pair"),
     [

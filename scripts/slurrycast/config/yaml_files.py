@@ -1,0 +1,74 @@
+"""Configuration files and profiles as they were written, and what Snakemake drops or does not say when it reads them.
+
+It reads a file as JSON if it can, else as YAML, always in UTF-8. Where a key stands twice in a section, the last one
+wins without a word, and what it says of a file that it cannot read does not name the file.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import yaml
+
+
+class _Composer(yaml.SafeLoader):
+    """Composes the nodes of a file, and notes each key that its section has already: (key, line, line of the first)."""
+
+    def __init__(self, text: str):
+        super().__init__(text)
+        self.repeated: list[tuple[str, int, int]] = []
+
+    def compose_mapping_node(self, anchor: str | None) -> yaml.MappingNode:
+        node = super().compose_mapping_node(anchor)
+        first_lines: dict[object, int] = {}
+        for key_node, _ in node.value:
+            line = key_node.start_mark.line + 1
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                key = (key_node.tag,)  # equal to no key of the file itself
+            else:
+                try:
+                    key = self.construct_object(key_node, deep=True)
+                    hash(key)
+                except (yaml.YAMLError, TypeError, ValueError):
+                    continue  # no key of a Python dict, which Snakemake refuses
+            if key in first_lines:  # equal keys may be written in two ways: a and "a", 1 and 1.0
+                self.repeated.append((str(key_node.value), line, first_lines[key]))
+            first_lines.setdefault(key, line)
+        return node
+
+
+def file_problems(path: str | Path) -> list[str]:
+    """A line for each problem of a YAML or JSON file: no UTF-8, broken syntax, no keys, and every repeated key."""
+    path = Path(path)
+    name = os.path.relpath(path) if path.is_relative_to(Path.cwd()) else path
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        return [f"{name}: cannot be read: {error.strerror}"]
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        return [f"{name} line {line}: byte 0x{content[error.start]:02x} is not UTF-8: must be saved as UTF-8"]
+    try:
+        json.loads(text)
+        text = text.replace("\t", " ")  # which JSON has between its values only, and YAML not everywhere
+    except (ValueError, RecursionError):
+        pass
+    try:
+        composer = _Composer(text)
+        root = composer.get_single_node()
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        return [f"{name} line {line}: character U+{error.character:04X}: must be text without control characters"]
+    except yaml.MarkedYAMLError as error:
+        what = ", ".join(filter(None, [error.context, error.problem]))
+        return [f"{name} line {error.problem_mark.line + 1}: {what}: must be YAML or JSON"]
+    except RecursionError:
+        return [f"{name}: nested too deeply: must be YAML or JSON"]
+    if not isinstance(root, yaml.MappingNode):
+        return [f"{name}: no keys at the top level: must hold sections such as `run:`"]
+    return [
+        f"{name} line {line}: key {key} was given in line {first_line}: must be given once in a section"
+        for key, line, first_line in sorted(composer.repeated, key=lambda repeated: repeated[1])
+    ]
