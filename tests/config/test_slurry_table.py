@@ -48,6 +48,10 @@ BAD_ROWS = {
     "A\tnew\t1\t1\t1\n": "s.tsv: no slurry of role train: must be at least one unless surrogate.model is given",
     "6_r1\ttrain\t1\t1\t1\n6\ttest\t1\t1\t2\n": f"evaluation.replicated: its run 6_r1 {NAMED_ALIKE}",
     "V1_dt100ps_s1\ttrain\t1\t1\t1\nV1\ttest\t1\t1\t2\n": f"convergence.slurry: its run V1_dt100ps_s1 {NAMED_ALIKE}",
+    "1\ttrain\t1\t1\t1\n1_rdf\ttest\t1\t1\t2\n": "s.tsv: slurries 1 and 1_rdf would both write 1_rdf.csv: rename one",
+    "1\ttrain\t1\t1\t1\nbox_1\ttest\t1\t1\t2\n": (
+        "s.tsv: slurry_vgg16_box_1.png would show slurry box_1 of vgg16 and slurry 1 of vgg16_box: rename one"
+    ),
     "A\ttest\t1\t1\t" + "5" * 200_000: (
         "s.tsv line 2: field larger than field limit (131072): must be cells separated by tabs"
     ),

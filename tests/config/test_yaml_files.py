@@ -30,7 +30,8 @@ FILES = {
     "? [a, b]\n: 1\n": [],  # Snakemake refuses it
     "\ufeffrun: {name: a}\r\nslurries: s.tsv\r\n": [],
     "run:\n\tname: a\n": [
-        "own.yaml line 2: while scanning for the next token, found character '\\t' that cannot start any token: " + SYNTAX
+        "own.yaml line 2: while scanning for the next token, found character '\\t' that cannot start any token: "
+        "must be YAML or JSON"
     ],
     "a: [1\nb: c: d\n": [
         f"own.yaml line 2: while parsing a flow sequence, expected ',' or ']', but got ':': {SYNTAX}",

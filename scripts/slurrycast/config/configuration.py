@@ -39,6 +39,10 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame "
         "dem.restart_frames"
     ),
+    surrogate_checks.result_paths: (
+        "slurries surrogate.names evaluation convergence report.pictures dem.timestep_us dem.steps "
+        "dem.thermo_every_steps"
+    ),
     surrogate_checks.neighbours_cutoff: (
         "surrogate.names evaluation.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
         "formulation.expected_density_g_cm3"

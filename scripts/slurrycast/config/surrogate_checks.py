@@ -8,6 +8,7 @@ from pathlib import Path
 
 from slurrycast import surrogates
 from slurrycast.config.dem_checks import increasing, shortest_edges
+from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.label_settings import without_training
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
@@ -62,6 +63,28 @@ def labels(config: Mapping, _) -> Iterator[str]:
     for text in config["report"]["pictures"]:
         if text not in names:
             yield f"report.pictures: {shown(text)}: must be one of surrogate.names, {', '.join(names)}"
+
+
+def result_paths(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """No two files of the results have one path. Folders keep ids and labels apart everywhere but in two places."""
+    table, in_table = config["slurries"], {slurry.id for slurry in slurries}
+    derived = dict.fromkeys(run.id for run in [*replicas(config, slurries), *timestep_runs(config, slurries)])
+    ids = [slurry.id for slurry in slurries] + [run for run in derived if run not in in_table]
+    for run in ids:  # structure/<source>/<id>.csv and <id>_rdf.csv
+        if f"{run}_rdf" in in_table:
+            yield f"{table}: slurries {run} and {run}_rdf would both write {run}_rdf.csv: rename one"
+    pictured = config["report"]["pictures"]
+    owners: dict[str, tuple[str, str]] = {}
+    for label in [*pictured, *config["surrogate"]["names"], *config["evaluation"]["surrogates"]]:
+        for run in ids:
+            picture = f"slurry_{label}_{run}.png"
+            first_label, first = owners.setdefault(picture, (label, run))
+            # where both runs are derived, those that they derive from are named
+            if first != run and first_label in pictured and in_table & {first, run}:
+                yield (
+                    f"{table}: {picture} would show slurry {first} of {first_label} and slurry {run} of {label}: "
+                    "rename one"
+                )
 
 
 def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
