@@ -20,10 +20,12 @@ from slurrycast.runtime.files import InputError
 
 
 def pair_name(particles: Particles, phases: list[str]) -> str:
-    """Name of a pair of `phases`, in any order, among the curves; InputError if a phase has no particles."""
+    """Name of a pair of `phases`, in any order, among the curves; InputError if too few particles form it."""
     for name in phases:
         if name not in particles.phase_names or not particles.in_phase(name).any():
             raise InputError(f"--pair {name}: no such particles, phases are {', '.join(particles.phase_names)}")
+    if phases[0] == phases[1] and particles.in_phase(phases[0]).sum() == 1:
+        raise InputError(f"--pair {' '.join(phases)}: there is 1 particle of {phases[0]}, must be at least 2")
     return "-".join(sorted(phases, key=particles.phase_names.index))
 
 

@@ -121,6 +121,17 @@ def test_an_unknown_phase_is_refused(slurry, rdf, tmp_path):
     assert done.stderr == "error: --pair 8ysz: no such particles, phases are BDPD, NiO, 8YSZ\n"
 
 
+def test_a_phase_of_one_particle_has_no_rdf_with_itself(rdf, tmp_path):
+    paths = {key: tmp_path / f"{key}.h5" for key in ("frames", "predicted", "relaxed")}
+    for path in paths.values():
+        end = frame(120, target_um(11), EDGES_UM)
+        write_store(
+            path, [end], particles(np.repeat([1, 2], [1, N - 1]), names=("A", "B")), slurry="1", surrogate="net"
+        )
+    done = run_script("compute_rdf", **paths, **rdf | {"pair": ["A", "A"]}, rdf=tmp_path / "1.csv")
+    assert (done.returncode, done.stderr) == (1, "error: --pair A A: there is 1 particle of A, must be at least 2\n")
+
+
 def test_density_and_volume(slurry, outputs):
     a, b = slurry("1", 11), slurry("T1", 12)
     structures = {"frames": [b["frames"], a["frames"]], "relaxed": a["predicted"], "target_frame": 120}

@@ -10,6 +10,7 @@ import yaml
 from checkouts import copy_checkout, snakemake
 from configurations import HEADER, ROOT, SCALES, load, merged, nested, read_slurries, shipped
 from slurrycast.config.configuration import ConfigurationError, check, checked_slurries, in_order
+from slurrycast.config.dem_checks import replicated_pairs
 from slurrycast.config.physics import physics
 from slurrycast.runtime.files import InputError
 
@@ -96,7 +97,7 @@ SEVERAL = {"run": {"name": "größe"}, "slurries": "s.tsv", "dem": {"steps": 600
             SEVERAL,
             [
                 "run.name = \"größe\": must be text of at most 100 letters, digits, '.', '_' and '-', other than '.', "
-                "'..' and 'README.md'",
+                "'..', 'README.md' and 'reference'",
                 "dem.temperature_k = NaN: must be a number at least 1 and at most 100000",
                 "s.tsv line 2: 4 cells: must be 5, separated by tabs",
                 's.tsv line 5: id = "A": must differ from line 4',
@@ -159,6 +160,27 @@ def test_one_phase_and_fractions_written_as_rounded_thirds_pass(config, phase, c
     phases = {phase: {"mass_fraction": 1, "density_g_cm3": 4.0, "size_classes": classes}}
     config["formulation"]["phases"], config["analysis"]["rdf_pair"] = phases, pair
     assert check(config) == []
+
+
+def test_a_phase_of_one_particle_has_no_rdf_with_itself(config):
+    phases = config["formulation"]["phases"]
+    for phase, mass_fraction in {"BDPD": 0.0007, "NiO": 0.6, "8YSZ": 0.3993}.items():
+        phases[phase]["mass_fraction"] = mass_fraction
+    config["formulation"]["expected_density_g_cm3"] = 3.5
+    config["analysis"]["rdf_pair"] = ["BDPD", "NiO"]
+    assert check(config) == []
+    config["analysis"]["rdf_pair"] = ["BDPD", "BDPD"]
+    assert check(config) == [
+        'analysis.rdf_pair = ["BDPD", "BDPD"]: slurry 2 has 1 particle of BDPD: must be a phase with at least 2 '
+        "(and 2 more slurries)"
+    ]
+    slurries = {slurry.id: slurry for slurry in read_slurries("config/slurries.tsv")}
+    compared = [slurries[id] for id in ("2", "6")]
+    assert list(replicated_pairs(config, compared, compared)) == []
+    assert list(replicated_pairs(config, compared[:1], compared[:1])) == []
+    assert list(replicated_pairs(config, compared[:1], compared)) == [
+        'evaluation.replicated = ["2"]: 1 particle of BDPD each: must hold a slurry with at least 2, as slurry 6 has,'
+    ]
 
 
 def test_order_of_keys_is_that_of_the_schema_but_for_phases(config):

@@ -55,6 +55,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.cooling: "relaxation.start_temperature_k dem.temperature_k",
     surrogate_checks.steps_of: "relaxation.steps_of surrogate.names evaluation.surrogates",
     dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
+    dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }
 
 

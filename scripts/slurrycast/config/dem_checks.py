@@ -209,3 +209,37 @@ def rdf_pair(config: Mapping, _) -> Iterator[str]:
     for phase in config["analysis"]["rdf_pair"]:
         if phase not in phases:
             yield f"analysis.rdf_pair: {shown(phase)}: must be one of {', '.join(phases)}"
+
+
+def phase_counts(config: Mapping, slurry: Slurry) -> dict[str, int]:
+    """Number of particles of each phase in a slurry."""
+    types = recipe.particle_types(config["formulation"]["phases"])
+    counts = recipe.particle_counts(types, slurry.mass_units * config["formulation"]["unit_mass_pg"])
+    phases = dict.fromkeys(t.phase for t in types)
+    return {phase: sum(int(n) for t, n in zip(types, counts, strict=True) if t.phase == phase) for phase in phases}
+
+
+def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Each slurry that is predicted has two particles for the RDF of a phase with itself."""
+    pair = config["analysis"]["rdf_pair"]
+    phase = pair[0]
+    predicted = [slurry for slurry in slurries if slurry.role != "train"]
+    if pair == [phase, phase] and phase in config["formulation"]["phases"]:
+        alone = [slurry.id for slurry in predicted if phase_counts(config, slurry)[phase] == 1]
+        if alone:
+            yield (
+                f"analysis.rdf_pair = {shown(pair)}: slurry {alone[0]} has 1 particle of {phase}: must be a phase with "
+                f"at least 2{_and_more(len(alone))}"
+            )
+
+
+def replicated_pairs(config: Mapping, replicated: Sequence[Slurry], compared: Sequence[Slurry]) -> Iterator[str]:
+    """What is measured between particles of one phase in a compared slurry is so in one replicated slurry too."""
+    counts = [phase_counts(config, slurry) for slurry in replicated]
+    for phase in config["formulation"]["phases"]:
+        measured = [slurry.id for slurry in compared if phase_counts(config, slurry)[phase] > 1]
+        if measured and all(each[phase] == 1 for each in counts):
+            yield (
+                f"evaluation.replicated = {shown([slurry.id for slurry in replicated])}: 1 particle of {phase} each: "
+                f"must hold a slurry with at least 2, as slurry {measured[0]} has,"
+            )
