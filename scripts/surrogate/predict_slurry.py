@@ -37,6 +37,7 @@ def add_options(parser: Parser) -> None:
     parser.add_output("--cost", "cost record, JSON")
     learned = parser.add_argument_group("of a surrogate that learned")
     learned.add_argument("--model", type=input_file, help="in: trained or fitted model")
+    learned.add_argument("--adopted", action="store_true", help="the model was trained in another run")
     box = parser.add_argument_group("of one that takes its box from the training slurries")
     box.add_argument("--packing", type=input_file, help="in: JSON of measure_packing.py")
     going_on = parser.add_argument_group("of one that goes on with the DEM")
@@ -79,10 +80,12 @@ def volume_um3(particles: Particles) -> float:
     return float(sphere_volume_um3(2 * particles.radius_um).sum())
 
 
-def advice(surrogate: Surrogate) -> str:
+def advice(surrogate: Surrogate, adopted: bool) -> str:
     """What to do about a box that is too small, by where it comes from; empty if nothing is known to help."""
     if surrogate.needs_packing_fraction:
         return ": check surrogate.packing_fraction, or without it the densities of the training slurries"
+    if adopted:
+        return ": check that surrogate.model was trained on this recipe, scale and input frames"
     return f": train longer (surrogate.{surrogate.name}.epochs)" if surrogate.is_trained else ""
 
 
@@ -108,7 +111,7 @@ def main(args: Namespace) -> None:
             if scale <= 0 or np.prod(edges_um) < volume_um3(store.particles):
                 raise RunError(
                     f"{source}: predicts a box {scale:.3g} times as wide as at frame {last.number} for slurry "
-                    f"{slurry}, which cannot hold its particles{advice(surrogate)}"
+                    f"{slurry}, which cannot hold its particles{advice(surrogate, args.adopted)}"
                 )
             frame = Frame(
                 number=args.target_frame,

@@ -17,7 +17,7 @@ NAN, INF = float("nan"), float("inf")
 KNOWN = ", ".join(surrogates.NAMES)
 CONFIG = load("config")
 NAMES, FURTHER = ", ".join(CONFIG["surrogate"]["names"]), ", ".join(CONFIG["evaluation"]["surrogates"])
-RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.', '..' and 'README.md'"
+RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.', '..', 'README.md' and 'reference'"
 COMMAND = "text without control characters, not empty, no hyphen in front"
 ID = "text of at most 50 letters, digits and '_'"
 LABELS = "a list of labels of surrogates, each once"
@@ -38,7 +38,7 @@ TARGETS = "surrogate.neighbours.intermediate_targets"
 
 # key: what it must be, and values that are not
 OUT_OF_RANGE = {
-    "run.name": (RUN_NAME, ["..", "README.md", "my run", "../demo", "demo\n", "", "größe"]),
+    "run.name": (RUN_NAME, ["..", "README.md", "reference", "Reference", "my run", "../demo", "demo\n", "", "größe"]),
     "run.overwrite": ("true or false", ["yes", 1]),
     "slurries": (COMMAND, [""]),
     "formulation.unit_mass_pg": ("a number above 0 and at most 100000", [0, NAN, 773500.0]),
@@ -89,7 +89,10 @@ OUT_OF_RANGE = {
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
     "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
-    "evaluation.replicated": ("a list of ids of slurries of role validation or test, each once", [[]]),
+    "evaluation.replicated": (
+        "a list of ids of slurries of role validation or test, each once; [] for none",
+        ["6", ["6", "6"]],
+    ),
     "evaluation.replicas": ("a whole number at least 2 and at most 1000", [1]),
     "evaluation.perturbation_um": ("a number at least 1e-08 and at most 0.0001", [0.001, 1e-09]),
     "evaluation.rdf_tolerance": ("a number above 0 and at most 1000", [0]),

@@ -86,17 +86,23 @@ def test_what_a_surrogate_needs_is_asked_for(predict, capsys, surrogate, option)
 
 
 @pytest.mark.parametrize(
-    ("surrogate", "option", "content", "advice"),
+    ("surrogate", "options", "option", "content", "advice"),
     [
-        ("vgg16", "model", None, ": train longer (surrogate.vgg16.epochs)"),
-        ("linear", "model", {"input_frames": [9, 10], "coefficients": [0, 0.1]}, ""),
+        ("vgg16", {}, "model", None, ": train longer (surrogate.vgg16.epochs)"),
         (
-            *("affine", "packing", {"mean": 1.5}),
+            *("vgg16", {"adopted": []}, "model", None),
+            ": check that surrogate.model was trained on this recipe, scale and input frames",
+        ),
+        ("linear", {}, "model", {"input_frames": [9, 10], "coefficients": [0, 0.1]}, ""),
+        (
+            *("affine", {}, "packing", {"mean": 1.5}),
             ": check surrogate.packing_fraction, or without it the densities of the training slurries",
         ),
     ],
 )
-def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(predict, tmp_path, surrogate, option, content, advice):
+def test_advice_on_a_box_that_is_too_small_fits_the_model(
+    predict, tmp_path, surrogate, options, option, content, advice
+):
     """All shrink the box at the last frame to 0.1 of its edges or to a packing fraction above 1."""
     if content is None:
         path = last_times(0.1, 2, tmp_path / "model.keras")
@@ -104,7 +110,7 @@ def test_advice_on_a_box_that_is_too_small_fits_the_surrogate(predict, tmp_path,
         path = tmp_path / "model.json"
         path.write_text(json.dumps(content))
     with pytest.raises(RunError) as error:
-        predict(surrogate, **{option: path})
+        predict(surrogate, **options, **{option: path})
     assert str(error.value).endswith(f"which cannot hold its particles{advice}")
     assert not (tmp_path / "predicted.h5").exists()
 

@@ -86,6 +86,9 @@ def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path):
         done = plan(config, target)
         assert done.returncode == 1
         assert expected in done.stdout + done.stderr
+    done = plan(own(tmp_path, evaluation=wrong["evaluation"] | {"replicated": []}), "evaluation")
+    assert done.returncode == 1
+    assert "evaluation.replicated = []: must be at least one slurry for this target" in done.stdout + done.stderr
 
 
 def check_ranks(planned: str, resources: str) -> None:

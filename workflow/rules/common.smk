@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
 from slurrycast import surrogates
-from slurrycast.config import configuration, derived_runs, label_settings, physics
+from slurrycast.config import configuration, dem_checks, derived_runs, label_settings, physics
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -337,7 +337,12 @@ def replicated():
     if "affine" not in LABELS:
         raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
     required("test")
-    return checked_ids("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
+    if not config["evaluation"]["replicated"]:
+        raise WorkflowError("evaluation.replicated = []: must be at least one slurry for this target")
+    ids = checked_ids("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
+    for line in dem_checks.replicated_pairs(config, [SLURRIES[id] for id in ids], [SLURRIES[id] for id in HELD_OUT]):
+        raise WorkflowError(f"{line} for this target")
+    return ids
 
 
 def calibration_slurries():

@@ -124,12 +124,13 @@ rule predict_slurry:
         input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         target_frame=TARGET_FRAME,
         learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
+        adopted=lambda wildcards: [] if TRAINING_NEEDED or not KINDS[wildcards.surrogate].is_trained else ["--adopted"],
         boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],
         continued=continuation_options,
     shell:
         "python {input.script:q} --surrogate {wildcards.surrogate:q} --settings {params.settings:q}"
         " --frames {input.frames:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
-        " {params.learned:q} {params.boxed:q} {params.continued:q}"
+        " {params.learned:q} {params.adopted:q} {params.boxed:q} {params.continued:q}"
         " --executable={resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --predicted {output.predicted:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
