@@ -137,6 +137,16 @@ def test_snakemake_names_file_and_lines_of_repeated_keys(project):
     assert re.search("Traceback|jobs? to be|rule ", printed) is None
 
 
+@pytest.mark.parametrize("profile", ["default", "slurm"])
+def test_snakemake_names_a_configuration_file_in_another_encoding(project, profile):
+    """Before Snakemake opens it, which it does before the Snakefile."""
+    (project / "latin.yaml").write_bytes("run:\n  name: größe\n".encode("latin-1"))
+    executor = ["--executor", "local"] if profile == "slurm" else []  # its plugin need not be installed
+    printed = snakemake(project, "--workflow-profile", profile, *executor, "--configfile", "latin.yaml", fails=True)
+    assert printed.endswith("\nlatin.yaml line 2: byte 0xf6 is not UTF-8: must be saved as UTF-8\nNothing was run.\n")
+    assert "Traceback" not in printed
+
+
 def test_snakemake_names_a_default_configuration_in_another_encoding(project):
     path = project / "config" / "config.yaml"
     content = path.read_bytes()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from configurations import ROOT
-from slurrycast.config.yaml_files import file_problems
+from slurrycast.config.yaml_files import file_problems, refuse_bad_call
 
 ONCE, SYNTAX = "must be given once in a section", "must be YAML or JSON"
 NO_KEYS = "own.yaml: no keys at the top level: must hold sections such as `run:`"
@@ -67,3 +67,28 @@ def test_files_of_the_project_have_no_problems():
     paths = [path for folder in folders for path in ROOT.glob(f"{folder}/*.y*ml")]
     assert {"config.yaml", "ci.yml", "profile.v9+.yaml"} < {path.name for path in paths}
     assert [line for path in paths for line in file_problems(path)] == []
+
+
+SEVERAL = "--configfile and --config take several values: write targets before them, or `--` between"
+# words behind snakemake, the lines
+BAD_CALLS = {
+    "--configfile good.yaml evaluation": ["evaluation: cannot be read: No such file or directory", SEVERAL],
+    "--cores 2 --configfile none.yaml -n": ["none.yaml: cannot be read: No such file or directory"],
+    "--configfile bad.yaml --cores 2": ["bad.yaml: no keys at the top level: must hold sections such as `run:`"],
+    "--configfiles=.": [".: cannot be read: Is a directory"],
+    "--config run={} slurries": ["--config slurries: must be KEY=VALUE", SEVERAL],
+}
+GOOD_CALLS = ["", "evaluation --configfile good.yaml", "--configfile good.yaml good.yaml -n evaluation"]
+GOOD_CALLS += ["--configfile good.yaml -- evaluation", "-C a=1 b=2 --cores 2", "--configfile /dev/null"]
+
+
+def test_words_behind_snakemake(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("good.yaml").write_text("run: {name: a}\n")
+    Path("bad.yaml").touch()
+    for call in GOOD_CALLS:
+        refuse_bad_call(call.split())
+    for call, lines in BAD_CALLS.items():
+        with pytest.raises(SystemExit) as end:
+            refuse_bad_call(call.split())
+        assert end.value.code == "\n".join([*lines, "Nothing was run."]), call

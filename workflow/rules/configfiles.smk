@@ -14,7 +14,6 @@ from pathlib import Path
 from snakemake.cli import get_profile_dir
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
-from slurrycast.config.schema_errors import printable
 from slurrycast.config.yaml_files import file_problems
 
 
@@ -34,6 +33,6 @@ def profiles():
 if workflow.is_main_process:  # jobs get what was checked here
     DEFAULTS = Path(workflow.basedir, "config", "config.yaml")
     FILES = dict.fromkeys(Path(file).absolute() for file in [*workflow.configfiles, DEFAULTS, *profiles()])
-    PROBLEMS = [printable(line) for file in FILES if file.is_file() for line in file_problems(file)]
+    PROBLEMS = [line for file in FILES for line in file_problems(file)]
     if PROBLEMS:
         raise WorkflowError(*PROBLEMS, "Nothing was run.")

@@ -1,14 +1,20 @@
 """Configuration files and profiles as they were written, and what Snakemake drops or does not say when it reads them.
 
 It reads a file as JSON if it can, else as YAML, always in UTF-8. Where a key stands twice in a section, the last one
-wins without a word, and what it says of a file that it cannot read does not name the file.
+wins without a word, and what it says of a file that it cannot read does not name the file. Files behind --configfile
+are opened before the Snakefile: the profiles in profiles/, which are read earlier, call `refuse_bad_call`.
 """
 
+import argparse
 import json
 import os
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
+
+from slurrycast.config.schema_errors import printable
 
 
 class _Composer(yaml.SafeLoader):
@@ -40,7 +46,9 @@ class _Composer(yaml.SafeLoader):
 def file_problems(path: str | Path) -> list[str]:
     """A line for each problem of a YAML or JSON file: no UTF-8, broken syntax, no keys, and every repeated key."""
     path = Path(path)
-    name = os.path.relpath(path) if path.is_relative_to(Path.cwd()) else path
+    name = printable(os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path))
+    if path.is_fifo() or path.is_char_device():  # it can be read once, which Snakemake does
+        return []
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -69,6 +77,21 @@ def file_problems(path: str | Path) -> list[str]:
     if not isinstance(root, yaml.MappingNode):
         return [f"{name}: no keys at the top level: must hold sections such as `run:`"]
     return [
-        f"{name} line {line}: key {key} was given in line {first_line}: must be given once in a section"
+        f"{name} line {line}: key {printable(key)} was given in line {first_line}: must be given once in a section"
         for key, line, first_line in sorted(composer.repeated, key=lambda repeated: repeated[1])
     ]
+
+
+def refuse_bad_call(words: Sequence[str]) -> None:
+    """End a call of snakemake with these words, with a line for each problem behind --configfile and --config."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
+    parser.add_argument("--config", "-C", nargs="*", default=[])
+    called, _ = parser.parse_known_args(words)
+    strays = [printable(word) for word in called.config if "=" not in word]
+    lines = [line for file in called.configfile for line in file_problems(file)]
+    lines += [f"--config {word}: must be KEY=VALUE" for word in strays]
+    if strays or any(not file.exists() for file in called.configfile[1:]):
+        lines.append("--configfile and --config take several values: write targets before them, or `--` between")
+    if lines:
+        sys.exit("\n".join([*lines, "Nothing was run."]))
