@@ -127,7 +127,7 @@ def test_snakemake_names_file_and_lines_of_repeated_keys(project):
     """In a profile and behind --configfile; the profile of the workflow is no configuration file."""
     (project / "profile.yaml").write_text("jobs: 2\nset-resources:\n  a:\n    mem: 1\n    mem: 2\n")
     (project / "twice.yaml").write_text("surrogate: {vgg16: {epochs: 5}}\nsurrogate: {vgg16: {epochs: 2}}\n")
-    printed = snakemake(project, "--workflow-profile", "profile.yaml", "--configfile", "twice.yaml", fails=True)
+    printed = snakemake(project, "--workflow-profile", "profile.yaml", "--configfile", "twice.yaml", "-n", fails=True)
     once = "must be given once in a section"
     lines = [
         f"twice.yaml line 2: key surrogate was given in line 1: {once}",
