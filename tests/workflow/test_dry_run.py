@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from configurations import HEADER, ROOT, load
+from configurations import HEADER, ROOT, SCALES, load
 
 
 def plan(scale: Path | str, *arguments: str, python: tuple[str, ...] = ()) -> subprocess.CompletedProcess:
@@ -28,7 +28,10 @@ def own(tmp_path: Path, **sections: dict) -> Path:
     return path
 
 
-@pytest.mark.parametrize("scale", ["config", "tiny", "reduced", "full", "size", "size_clock", "small", "start"])
+FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in SCALES if scale != "tiny"]
+
+
+@pytest.mark.parametrize("scale", ["config", "tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
     further = [] if scale.startswith("size") else ["evaluation", "convergence"]
     done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
@@ -98,6 +101,7 @@ def check_ranks(planned: str, resources: str) -> None:
     assert all(resources in line and "cpus_per_task=1" in line for line in of_slurry)
 
 
+@pytest.mark.slow
 def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
     rows = [("T1", "train"), ("1", "test"), ("2", "test"), ("V1", "validation")]
     target, tiny = f"results/plan_{tmp_path.name}/tables/relaxation.csv", load("tiny")["evaluation"]
@@ -124,6 +128,7 @@ def test_lengths_of_relaxation_are_tried_on_validation_slurries_only(tmp_path):
         assert said in done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [True, False])
 def test_a_spread_needs_a_validation_slurry_and_only_the_evaluation_do(tmp_path, spread):
     """Without a surrogate that has a spread nothing is calibrated, and nothing needed for it."""

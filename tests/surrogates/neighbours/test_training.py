@@ -1,7 +1,9 @@
 """Training: it learns, continues after a kill, and pads slurries without a trace."""
 
+import keras
 import numpy as np
 import pytest
+import tensorflow as tf
 from slurries import EDGES_UM, SETTINGS, SHAPE, answer, random_network, slurry, train, trajectory
 
 from slurrycast.surrogates.neighbours import training
@@ -21,6 +23,7 @@ def test_untrained_network_is_the_affine_map(tmp_path, monkeypatch):
     np.testing.assert_allclose(spread_um, np.exp(-2.5 / 2), rtol=1e-5)
 
 
+@pytest.mark.slow  # compiles a step, for half a minute
 def test_training_learns(tmp_path):
     settings = {**SETTINGS, "members": 1, "epochs": 30}
     train(settings, tmp_path, compiled=True)
@@ -29,7 +32,8 @@ def test_training_learns(tmp_path):
     assert loss[-1] < 0.5 * loss[0]
 
 
-@pytest.mark.parametrize("member", [pytest.param(1, marks=[pytest.mark.slow, pytest.mark.full]), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("member", [pytest.param(1, marks=pytest.mark.full), 2])
 def test_killed_training_ends_like_an_undisturbed_one(model, tmp_path, monkeypatch, capsys, member):
     shares = []
 
@@ -86,10 +90,8 @@ def test_slurry_filled_up_gets_the_same_answer(shape):
     assert not more.moved_um[:, 60:].any()
 
 
+@pytest.mark.slow  # compiles a step twice
 def test_step_on_a_slurry_filled_up_is_the_same_step():
-    import keras
-    import tensorflow as tf
-
     plain = make_example(trajectory("T1", 1), [8, 9, 10], {**SETTINGS, "intermediate_targets": []})
     assert plain.moved_um.shape == (1, 60, 3)
     more = filled(plain, [(77, 4000)], SETTINGS["cutoff_um"])
