@@ -11,7 +11,7 @@ the start-up of LAMMPS count on both sides; of the extraction of frames, only th
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, read_table, write_table
-from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_runs
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_by_slurry
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -25,7 +25,7 @@ def add_options(parser: Parser) -> None:
 def main(args: Namespace) -> None:
     """Read, compare, write."""
     costs, equilibrium = read_table(args.cost_table), read_equilibrium(args.equilibrium)
-    runs, input_steps = read_runs(args.run_json), dict(args.input_steps)
+    runs, input_steps = read_by_slurry(args.run_json), dict(args.input_steps)
     tables = [compare_costs(costs, equilibrium, runs, input_steps, clock) for clock in ("wall_s", "cpu_s")]
     write_table(args.table, pd.concat(tables), digits=6)
 

@@ -10,7 +10,7 @@ the DEM - 1|), rdf_error (mean |g - g_dem|, all pairs of particles), both after 
 from slurrycast.data.tables import read_equilibrium, read_table, write_table
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.evaluation.front import front
-from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_by_slurry, read_costs
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -28,7 +28,7 @@ def add_options(parser: Parser) -> None:
 
 def main(args: Namespace) -> None:
     """Read, compare, write."""
-    costs, runs = read_costs(args.costs), read_runs(args.run_json)
+    costs, runs = read_costs(args.costs), read_by_slurry(args.run_json)
     input_steps = dict(args.input_steps)
     frame_steps = steps_per_frame(next(iter(runs.values()))["physics"]["dem"])  # one section dem for all slurries
     last_frames = {label: steps // frame_steps for label, steps in input_steps.items()}

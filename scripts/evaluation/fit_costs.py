@@ -13,7 +13,7 @@ after how many slurries the training, alone and with the training slurries, is p
 import pandas as pd
 
 from slurrycast.data.tables import read_equilibrium, write_table
-from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_costs, read_runs, scaling
+from slurrycast.evaluation.speedup import add_dem_runs, compare_costs, read_by_slurry, read_costs, scaling
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -39,7 +39,7 @@ def add_options(parser: Parser) -> None:
 
 def main(args: Namespace) -> None:
     """Read, fit, write."""
-    costs, runs = read_costs(args.costs), read_runs(args.run_json)
+    costs, runs = read_costs(args.costs), read_by_slurry(args.run_json)
     equilibrium = read_equilibrium(args.equilibrium)
     speedup = pd.concat(
         compare_costs(costs, equilibrium, runs, dict(args.input_steps), clock) for clock in ("wall_s", "cpu_s")

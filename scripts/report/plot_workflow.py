@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
+from scipy.optimize import isotonic_regression
 
 from slurrycast.report.figures import INK, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
@@ -90,17 +91,10 @@ def _width(node: Node) -> float:
 
 
 def _spread(row: list[Node], wanted: dict[Node, float]) -> dict[Node, float]:
-    """Places nearest to the wanted ones that keep the order of `row` and do not overlap (pool adjacent violators)."""
+    """Places nearest to the wanted ones that keep the order of `row` and do not overlap."""
     offsets = np.concatenate([[0.0], np.cumsum([(_width(a) + _width(b)) / 2 + GAP for a, b in pairwise(row)])])
-    blocks: list[list[float]] = []  # sum of the wanted places less offsets, count
-    for node, offset in zip(row, offsets, strict=True):
-        blocks.append([wanted[node] - offset, 1])
-        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
-            total, count = blocks.pop()
-            blocks[-1][0] += total
-            blocks[-1][1] += count
-    bases = np.concatenate([[total / count] * int(count) for total, count in blocks])
-    return dict(zip(row, bases + offsets, strict=True))
+    rising = isotonic_regression([wanted[node] for node in row] - offsets).x
+    return dict(zip(row, rising + offsets, strict=True))
 
 
 def place_nodes(parents: dict[str, set[str]]) -> tuple[dict[Node, tuple[float, float]], list[list[Node]]]:

@@ -7,23 +7,17 @@ Out: report.html with embedded images. Units are those of the tables' column nam
 """
 
 import json
-from pathlib import Path
 
 import yaml
 
 from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.evaluation.speedup import read_by_slurry
 from slurrycast.report.network_table import read_network
 from slurrycast.report.results import Results
 from slurrycast.report.sections import report_html
 from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.files import write_text
-
-
-def read_by_slurry(paths: list[Path]) -> dict[str, dict]:
-    """Read JSON files by the slurry that they name."""
-    contents = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
-    return {content["slurry"]: content for content in contents}
 
 
 def described(label: str) -> tuple[str, str]:

@@ -47,11 +47,11 @@ def words(label: str) -> dict[str, str]:
     """What the network of a label is fed and asked, as the table says it. InputError if it is not of the ablation."""
     parsed = surrogates.parse(label)
     if parsed.name == "vgg16_box":
-        form = vgg16_box.form(parsed.settings)
+        change = parsed.settings.get("change")
         return {
-            "target": "displacement" if form.displacement else "absolute",
-            "coordinates": "scaled" if form.scaled else "xu",
-            "box": "yes" if form.box else "no",
+            "target": "absolute" if change == "absolute" else "displacement",
+            "coordinates": "xu" if change == "xu" else "scaled",
+            "box": "no" if change == "nobox" else "yes",
             "standardised": "yes",
         }
     if parsed.name != "vgg16":
@@ -71,7 +71,7 @@ def training(path: Path) -> dict[str, float]:
 
 def affine_loss_um2(training_set: TrainingSet) -> float:
     """Mean squared error of the affine prediction in the true final box, of the validation samples."""
-    displacement_um = vgg16_box.samples(training_set, vgg16_box.form({})).targets
+    displacement_um = vgg16_box.samples(training_set).targets
     return float(np.mean(displacement_um[training_set.is_validation] ** 2))
 
 

@@ -17,7 +17,7 @@ from slurrycast.analysis.training_range import (
     compare,
     compare_with_training,
     mean_radius_um,
-    mean_range,
+    mean_value,
     quantities,
     types_of,
 )
@@ -84,11 +84,11 @@ def test_quantities_are_what_they_say():
 
 def test_range_of_a_fraction_has_a_closed_form():
     """n of N particles and the other phase, each to half a particle: (n -+ 1/2) / N, whatever the other one does."""
-    low, high = mean_range(np.array([1.0, 0.0]), np.array([30, 70]), np.array([0.5, 0.5]))
-    assert (low, high) == pytest.approx((29.5 / 100, 30.5 / 100))
+    share = mean_value(np.array([1.0, 0.0]), np.array([30, 70]), np.array([0.5, 0.5]))
+    assert (share.value, share.low, share.high) == pytest.approx((0.3, 29.5 / 100, 30.5 / 100))
     # three phases: the other two together may have one particle more or less
-    low, high = mean_range(np.array([0.0, 1.0, 0.0]), np.array([30, 30, 40]), np.full(3, 0.5))
-    assert (low, high) == pytest.approx((29.5 / 100.5, 30.5 / 99.5))
+    share = mean_value(np.array([0.0, 1.0, 0.0]), np.array([30, 30, 40]), np.full(3, 0.5))
+    assert (share.low, share.high) == pytest.approx((29.5 / 100.5, 30.5 / 99.5))
 
 
 @given(
@@ -100,7 +100,8 @@ def test_range_of_a_mean_is_that_of_all_corners(groups):
     values, counts, slack = (np.array(column, dtype=float) for column in zip(*groups, strict=True))
     ends = zip(np.maximum(counts - slack, 0), counts + slack, strict=True)
     means = [np.dot(corner, values) / np.sum(corner) for corner in itertools.product(*ends)]
-    assert mean_range(values, counts, slack) == pytest.approx((min(means), max(means)), rel=1e-9)
+    mean = mean_value(values, counts, slack)
+    assert (mean.low, mean.high) == pytest.approx((min(means), max(means)), rel=1e-9)
 
 
 def test_rounding_that_types_allow():

@@ -73,7 +73,7 @@ def test_the_right_answer_is_the_target_and_the_food_that_of_training(answers, c
     """The maps to and from the target are inverse, and a network is asked with what it was trained with."""
     data = shrinking_slurries()
     settings = {"change": change}
-    samples = vgg16_box.samples(data, vgg16_box.form(settings))
+    samples = vgg16_box.samples(data, change)
     selected = data.slurry_index == slurry
     fed = answers(samples.targets[selected])
     predicted = Vgg16Box().predict(prediction_input(data, slurry), "model.keras", settings)
@@ -102,19 +102,19 @@ def test_an_absolute_answer_is_in_edges_of_the_box_of_the_input(answers):
 @given(scale=st.floats(0.1, 10))
 def test_scaled_coordinates_know_no_size_of_the_box(scale):
     small, large = shrinking_slurries(), shrinking_slurries(scale)
-    seen = [vgg16_box.samples(data, vgg16_box.form({"change": "nobox"})) for data in (small, large)]
+    seen = [vgg16_box.samples(data, "nobox") for data in (small, large)]
     np.testing.assert_allclose(seen[1].features, seen[0].features, rtol=1e-10)
-    full = [vgg16_box.samples(data, vgg16_box.form({})) for data in (small, large)]
+    full = [vgg16_box.samples(data) for data in (small, large)]
     np.testing.assert_allclose(full[1].features[..., :6], full[0].features[..., :6], rtol=1e-10)
     np.testing.assert_allclose(full[1].features[..., 6:], scale * full[0].features[..., 6:], rtol=1e-10)
     np.testing.assert_allclose(full[1].targets, scale * full[0].targets, rtol=1e-9, atol=1e-11)
-    absolute = [vgg16_box.samples(data, vgg16_box.form({"change": "absolute"})) for data in (small, large)]
+    absolute = [vgg16_box.samples(data, "absolute") for data in (small, large)]
     np.testing.assert_allclose(absolute[1].targets, absolute[0].targets, rtol=1e-10)
 
 
 def test_each_variant_makes_one_change():
     data = shrinking_slurries()
-    full, absolute, xu, nobox = (vgg16_box.samples(data, vgg16_box.form({"change": change})) for change in CHANGES)
+    full, absolute, xu, nobox = (vgg16_box.samples(data, change) for change in CHANGES)
     np.testing.assert_array_equal(full.features[..., 6:], data.input_edges_um[data.slurry_index])
     np.testing.assert_array_equal(full.features[..., [0, 1, 5]], data.features[..., [0, 1, 5]])
     np.testing.assert_array_equal(absolute.features, full.features)
@@ -132,7 +132,7 @@ def test_each_variant_makes_one_change():
 
 def test_layers_are_those_of_vgg16():
     data = shrinking_slurries()
-    samples = vgg16_box.samples(data, vgg16_box.form({}))
+    samples = vgg16_box.samples(data)
     box = vgg16.build(4, 9, vgg16.Standardisation.fitted(samples))
     published = vgg16.build(4, 6)
     # three more features for the 3 taps of 64 filters
@@ -167,7 +167,7 @@ def test_it_learns_a_drift_that_the_affine_prediction_lacks(small, tmp_path, mon
     scaled = data.features[..., 2:5] / edges_um
     drift = (4 * scaled[:, -1] - 3 * scaled[:, -2]) * data.target_edges_um[data.slurry_index]
     learnable = replace(data, targets=drift)
-    affine_loss = np.mean(vgg16_box.samples(learnable, vgg16_box.form({})).targets ** 2)
+    affine_loss = np.mean(vgg16_box.samples(learnable).targets ** 2)
     monkeypatch.setitem(globals(), "shrinking_slurries", lambda: learnable)
     monkeypatch.setattr(vgg16, "BLOCKS", vgg16.BLOCKS[:2] + vgg16.BLOCKS[-1:])  # learns it in fewer epochs
     _, rows = fit(tmp_path, None, epochs=60, learning_rate=3e-3)

@@ -40,8 +40,8 @@ def state(store: FrameStore, frame: int) -> State:
     return State(store.particles, store.box(frame)[1], store.density_g_cm3(frame))
 
 
-def mean_range(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> tuple[float, float]:
-    """Least and greatest mean of a quantity over particles whose numbers are uncertain.
+def mean_value(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> Value:
+    """Mean of a quantity over the particles, with the least and greatest one where their numbers are uncertain.
 
     Parameters
     ----------
@@ -56,12 +56,14 @@ def mean_range(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> tup
     the mean, so it is extreme where all groups above some value are at one end of their range and the others at the
     other end.
     """
+    mean = float(counts @ values / counts.sum())
     order = np.argsort(values)
     values, most = values[order], (counts + slack)[order]
     least = np.maximum(counts - slack, 0)[order]
     above = np.arange(len(values)) >= np.arange(len(values) + 1)[:, np.newaxis]  # (thresholds, groups)
     low, high = (np.where(above, *ends) for ends in ((least, most), (most, least)))
-    return (
+    return Value(
+        mean,
         float(min(weights @ values / weights.sum() for weights in low if weights.any())),
         float(max(weights @ values / weights.sum() for weights in high if weights.any())),
     )
@@ -81,16 +83,14 @@ def fraction(particles: Particles, phase: str) -> Value:
     """Number fraction of a phase; every phase of the slurry may have half a particle more or less."""
     counts = np.array([np.sum(particles.in_phase(name)) for name in particles.phase_names])
     is_phase = np.array([float(name == phase) for name in particles.phase_names])
-    return Value(
-        float(counts @ is_phase / counts.sum()), *mean_range(is_phase, counts, np.full(len(counts), PHASE_SLACK))
-    )
+    return mean_value(is_phase, counts, np.full(len(counts), PHASE_SLACK))
 
 
 def mean_radius_um(particles: Particles, types: Mapping[int, tuple[int, float]]) -> Value:
     """Mean radius over the particles, each of which counts as one; `types` has phase and radius (um) of each type."""
     phase, radius_um = (np.array(column) for column in zip(*types.values(), strict=True))
     counts = np.array([np.sum(particles.type == each) for each in types])
-    return Value(float(counts @ radius_um / counts.sum()), *mean_range(radius_um, counts, class_slack(phase)))
+    return mean_value(radius_um, counts, class_slack(phase))
 
 
 def types_of(slurries: Iterable[Particles]) -> dict[int, tuple[int, float]]:

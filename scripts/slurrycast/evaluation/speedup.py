@@ -62,10 +62,10 @@ def read_costs(paths: Iterable[Path]) -> pd.DataFrame:
     return pd.DataFrame([asdict(read_cost(path)) for path in paths])
 
 
-def read_runs(paths: Iterable[Path]) -> dict[str, dict]:
-    """Content of each run.json by slurry."""
-    runs = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
-    return {run["slurry"]: run for run in runs}
+def read_by_slurry(paths: Iterable[Path]) -> dict[str, dict]:
+    """Content of JSON files by the slurry that each names."""
+    contents = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    return {content["slurry"]: content for content in contents}
 
 
 def dem_seconds(run: Mapping, steps: float, clock: str = "wall_s") -> float:
@@ -105,13 +105,6 @@ def extraction_seconds(recorded_s: float, smallest_s: float, run: Mapping, steps
     return min(recorded_s, smallest_s + share * recorded_s)
 
 
-def _hybrid_parts(seconds: pd.Series, smallest_extraction_s: float, run: Mapping, steps: int, clock: str) -> dict:
-    """Seconds of each of HYBRID_PARTS, from those of the recorded stages of one slurry."""
-    known = dict(seconds) | {"run_slurry_to_input": dem_seconds(run, steps, clock)}
-    known["extract_frames"] = extraction_seconds(known["extract_frames"], smallest_extraction_s, run, steps)
-    return {stage: float(known[stage]) for stage in HYBRID_PARTS}
-
-
 def compare_costs(
     costs: pd.DataFrame,
     equilibrium: pd.DataFrame,
@@ -148,38 +141,30 @@ def compare_costs(
         If a cost or a step is missing.
     """
     rows = []
-    relaxations = costs[costs.stage == "relax_slurry"]
     smallest_extraction_s = costs.loc[costs.stage == "extract_frames", clock].min()
-    for surrogate in dict.fromkeys(relaxations.surrogate):
+    for surrogate, relaxed in costs[costs.stage == "relax_slurry"].groupby("surrogate", sort=False):
         if surrogate not in input_steps:
             raise InputError(f"surrogate {surrogate}: no step of the last input frame is given for it")
-        relaxed = set(relaxations.slurry[relaxations.surrogate == surrogate])
-        for slurry in equilibrium[equilibrium.slurry.isin(relaxed)].itertuples():
+        for slurry in equilibrium[equilibrium.slurry.isin(relaxed.slurry)].itertuples():
+            run, steps = runs[slurry.slurry], input_steps[surrogate]
             records = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
-            seconds = records.groupby("stage")[clock].sum()
-            missing = [part for part in HYBRID_PARTS if part not in (*seconds.index, "run_slurry_to_input")]
-            if missing:
+            seconds = dict(records.groupby("stage")[clock].sum())
+            seconds["run_slurry_to_input"] = dem_seconds(run, steps, clock)
+            if missing := [part for part in HYBRID_PARTS if part not in seconds]:
                 raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
-            run = runs[slurry.slurry]
-            parts = _hybrid_parts(seconds, smallest_extraction_s, run, input_steps[surrogate], clock)
-            hybrid = sum(parts.values())
-            dem = to_equilibrium = np.nan
+            recorded_s = seconds["extract_frames"]
+            seconds["extract_frames"] = extraction_seconds(recorded_s, smallest_extraction_s, run, steps)
+            row = {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
+            row |= {part: float(seconds[part]) for part in HYBRID_PARTS}
+            row |= {"hybrid": sum(row[part] for part in HYBRID_PARTS), "dem": np.nan, "dem_to_equilibrium": np.nan}
             if slurry.role != "new":
-                dem = parts["generate_inputs"] + dem_seconds(run, run["steps"], clock)
+                row["dem"] = row["generate_inputs"] + dem_seconds(run, run["steps"], clock)
             if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
-                steps = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
-                to_equilibrium = parts["generate_inputs"] + dem_seconds(run, steps, clock)
-            rows.append(
-                {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
-                | parts
-                | {
-                    "hybrid": hybrid,
-                    "dem": dem,
-                    "dem_to_equilibrium": to_equilibrium,
-                    "ratio": dem / hybrid,
-                    "ratio_to_equilibrium": to_equilibrium / hybrid,
-                }
-            )
+                settled = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
+                row["dem_to_equilibrium"] = row["generate_inputs"] + dem_seconds(run, settled, clock)
+            row["ratio"] = row["dem"] / row["hybrid"]
+            row["ratio_to_equilibrium"] = row["dem_to_equilibrium"] / row["hybrid"]
+            rows.append(row)
     return pd.DataFrame(rows)
 
 

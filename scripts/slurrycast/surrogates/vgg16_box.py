@@ -20,7 +20,6 @@ hold the error of its box too.
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -33,49 +32,35 @@ from slurrycast.surrogates.prediction import Prediction, PredictionInput
 from slurrycast.surrogates.samples import Samples
 
 
-@dataclass(frozen=True)
-class Form:
-    """What the network is fed and asked: the three things in which a variant differs."""
-
-    displacement: bool
-    scaled: bool
-    box: bool
-
-
-def form(settings: Mapping) -> Form:
-    """Form of the variant in `settings`; the full one if there is none."""
-    change = settings.get("change")
-    return Form(displacement=change != "absolute", scaled=change != "xu", box=change != "nobox")
-
-
-def network_inputs(history: np.ndarray, edges_um: np.ndarray, form: Form) -> np.ndarray:
+def network_inputs(history: np.ndarray, edges_um: np.ndarray, change: str | None) -> np.ndarray:
     """Features (n, frames, 9), or 6 without the box, of a history (n, frames, 6) and edges (n or 1, frames, 3)."""
     features = history.copy()
-    if form.scaled:
+    if change != "xu":
         features[..., COORDINATES] /= edges_um
-    if form.box:
+    if change != "nobox":
         features = np.concatenate([features, np.broadcast_to(edges_um, features[..., COORDINATES].shape)], axis=2)
     return features
 
 
-def _origin_um(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, form: Form) -> np.ndarray:
+def _origin_um(history: np.ndarray, edges_um: np.ndarray, final_edges_um: np.ndarray, change: str | None) -> np.ndarray:
     """What a target of 0 stands for: the affine prediction or the box centre, (n, 3)."""
-    return history[:, -1, COORDINATES] / edges_um[:, -1] * final_edges_um * form.displacement
+    return history[:, -1, COORDINATES] / edges_um[:, -1] * final_edges_um * (change != "absolute")
 
 
-def _unit_um(final_edges_um: np.ndarray, form: Form) -> np.ndarray:
+def _unit_um(final_edges_um: np.ndarray, change: str | None) -> np.ndarray:
     """What a target of 1 stands for: 1 um or the final edges."""
-    return np.ones_like(final_edges_um) if form.displacement else final_edges_um
+    return final_edges_um if change == "absolute" else np.ones_like(final_edges_um)
 
 
-def samples(training_set: TrainingSet, form: Form) -> Samples:
-    """What the network learns from; targets in um if they are displacements, else in final box edges."""
+def samples(training_set: TrainingSet, change: str | None = None) -> Samples:
+    """What the network, or its variant `change`, learns from; targets are in um, of `absolute` in final box edges."""
     edges_um = training_set.input_edges_um[training_set.slurry_index]
     final_edges_um = training_set.target_edges_um[training_set.slurry_index]
-    unit_um = _unit_um(final_edges_um, form)
+    unit_um = _unit_um(final_edges_um, change)
+    origin_um = _origin_um(training_set.features, edges_um, final_edges_um, change)
     return Samples(
-        features=network_inputs(training_set.features, edges_um, form),
-        targets=(training_set.targets - _origin_um(training_set.features, edges_um, final_edges_um, form)) / unit_um,
+        features=network_inputs(training_set.features, edges_um, change),
+        targets=(training_set.targets - origin_um) / unit_um,
         unit_um=unit_um,
         is_validation=training_set.is_validation,
     )
@@ -97,19 +82,18 @@ class Vgg16Box(Surrogate):
 
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shape of what the network takes of a particle: frames, features."""
-        return {"features": (n_frames, len(FEATURE_NAMES) + 3 * form(settings).box)}
+        return {"features": (n_frames, len(FEATURE_NAMES) + 3 * (settings.get("change") != "nobox"))}
 
     def train(self, data: TrainingSet, settings: Mapping, folder: Path) -> dict[str, float]:
         """Train as `vgg16.train` does, on standardised samples."""
-        learned = samples(data, form(settings))
-        return vgg16.train(self.name, learned, True, settings, folder)
+        return vgg16.train(self.name, samples(data, settings.get("change")), True, settings, folder)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um, in the final box of the input."""
-        variant = form(settings)
+        change = settings.get("change")
         history = particle_history(inputs.particles, inputs.frames)
         edges_um = np.array([[frame.edges_um for frame in inputs.frames]])
         final_edges_um = inputs.final_edges_um
-        output = vgg16.apply_model(model_path, network_inputs(history, edges_um, variant))
-        origin_um = _origin_um(history, edges_um, final_edges_um, variant)
-        return Prediction(origin_um + output * _unit_um(final_edges_um, variant))
+        output = vgg16.apply_model(model_path, network_inputs(history, edges_um, change))
+        origin_um = _origin_um(history, edges_um, final_edges_um, change)
+        return Prediction(origin_um + output * _unit_um(final_edges_um, change))
