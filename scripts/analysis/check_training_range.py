@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from slurrycast.analysis.training_range import State, compare_with_training, state
+from slurrycast.analysis.training_range import State, compare_with_training
 from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import write_table
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
@@ -27,8 +27,8 @@ from slurrycast.runtime.files import InputError
 def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str, State, list[float]]:
     """Read id and state of a slurry at `frame`, and its densities (g/cm3) at `earlier` frames."""
     with read_frames(path) as store:
-        densities_g_cm3 = [store.density_g_cm3(number) for number in earlier]
-        return str(store.attributes["slurry"]), state(store, frame), densities_g_cm3
+        state = State(store.particles, store.box(frame)[1], store.density_g_cm3(frame))
+        return str(store.attributes["slurry"]), state, [store.density_g_cm3(number) for number in earlier]
 
 
 def add_options(parser: Parser) -> None:

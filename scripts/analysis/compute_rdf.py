@@ -33,11 +33,10 @@ def rdf_table(
     structures: dict[str, tuple[FrameStore, int]], phases: list[str], cutoff_um: float, bins: int
 ) -> pd.DataFrame:
     """Curves of all `structures` (name of the column: store and frame number) in the same bins."""
-    stores = [store for store, _ in structures.values()]
-    slurry, particles = stores[0].attributes["slurry"], stores[0].particles
-    for store in stores:
-        if store.attributes["slurry"] != slurry or not np.array_equal(store.particles.id, particles.id):
-            raise InputError(f"{store.path}: not the particles of slurry {slurry} in {stores[0].path}")
+    first, *others = (store for store, _ in structures.values())
+    for store in others:
+        store.check_same_particles(first)
+    particles = first.particles
     r_edges_um = bin_edges_um(cutoff_um, bins, [store.box(frame)[1] for store, frame in structures.values()])
     pairs = {"all": "all", "-".join(phases): pair_name(particles, phases)}
     curves = {

@@ -56,19 +56,16 @@ def clock(slurries: pd.DataFrame) -> pd.DataFrame:
 
 def coordinate_range_um(stores: list[FrameStore], frame: int) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest coordinate (3,) of all slurries at one frame."""
-    positions_um = [store.position_um(frame) for store in stores]
-    lowest_um = np.min([position_um.min(axis=0) for position_um in positions_um], axis=0)
-    return lowest_um, np.max([position_um.max(axis=0) for position_um in positions_um], axis=0)
+    positions_um = np.concatenate([store.position_um(frame) for store in stores])
+    return positions_um.min(axis=0), positions_um.max(axis=0)
 
 
 def volume_errors(predicted: FrameStore, relaxed: FrameStore, dem: FrameStore, last_input: int, target: int) -> dict:
     """Relative errors of the volume of one prediction; InputError if the files hold different structures."""
-    for name in ("slurry", "surrogate"):
-        if relaxed.attributes[name] != predicted.attributes[name]:
-            raise InputError(f"{relaxed.path}: {relaxed.attributes[name]}, not the {name} of {predicted.path}")
     for store in (predicted, relaxed):
-        if not np.array_equal(store.particles.id, dem.particles.id):
-            raise InputError(f"{store.path}: not the particles of {dem.path}")
+        store.check_same_particles(dem)
+    if relaxed.attributes["surrogate"] != predicted.attributes["surrogate"]:
+        raise InputError(f"{relaxed.path}: {relaxed.attributes['surrogate']}, not the surrogate of {predicted.path}")
     end_um3 = dem.volume_um3(target)
     scale = scale_of_prediction(predicted.position_um(predicted.last), dem.position_um(last_input))
     return {

@@ -121,7 +121,7 @@ def test_slurry_that_does_not_shrink_is_left_out(study):
     [
         ("frames", slice(2, 4), "no slurry of role train"),
         ("frames", slice(0, 3), "slurry 6: no --frames and --run-json of it"),
-        ("relaxed", slice(None, None, -1), "not the slurry of"),
+        ("relaxed", slice(None, None, -1), "not the particles of"),
     ],
 )
 def test_bad_input(study, name, part, message):

@@ -153,10 +153,9 @@ def test_training_equals_keras_for_any_number_of_frames(small, n_frames):
     assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-3)
 
 
-def fit(folder, **changes):
+def fit(folder, data=None, **changes):
     folder.mkdir(exist_ok=True)
-    settings = SETTINGS | changes
-    spent = vgg16.Vgg16().train(shrinking_slurry(), settings, folder)
+    spent = vgg16.Vgg16().train(data or shrinking_slurry(), SETTINGS | changes, folder)
     return (folder / "history.csv").read_text(), vgg16.apply_model(folder / "model.keras", samples(20)[0]), spent
 
 
@@ -298,14 +297,8 @@ def test_relative_coordinates_know_nothing_of_the_size_of_the_box(untrained, ask
 
 def test_relative_training_is_in_um_too(small, tmp_path):
     """Where all boxes are RELATIVE_EDGE_UM wide at the last input frame, it is the same training."""
-    data = shrinking_slurry()
-    edges_um = np.full((1, 4, 3), vgg16.RELATIVE_EDGE_UM)
-    losses = []
-    for number, settings in enumerate((SETTINGS, SETTINGS | {"coordinates": "relative"})):
-        folder = tmp_path / str(number)
-        vgg16.Vgg16().train(replace(data, input_edges_um=edges_um), settings, folder)
-        losses.append((folder / "history.csv").read_text())
-    assert losses[0] == losses[1]
+    data = replace(shrinking_slurry(), input_edges_um=np.full((1, 4, 3), vgg16.RELATIVE_EDGE_UM))
+    assert fit(tmp_path / "um", data)[0] == fit(tmp_path / "relative", data, coordinates="relative")[0]
 
 
 @pytest.fixture

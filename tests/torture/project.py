@@ -106,20 +106,16 @@ class Project:
         """What the last call of Snakemake has printed."""
         return self.log.read_bytes()[self._log_start :].decode(errors="replace")
 
+    def _popen(self, command: list[str], **streams: object) -> psutil.Popen:
+        return psutil.Popen(command, cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL, **streams)
+
     @contextlib.contextmanager
     def started(self, *arguments: str) -> Iterator[psutil.Popen]:
         """Snakemake in a session of its own; what it prints is added to snakemake.log."""
         with self.log.open("ab") as log:
             self._log_start = log.tell()
-            process = psutil.Popen(
-                self.snakemake(self.target, *arguments),
-                cwd=self.folder,
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                start_new_session=True,
-            )
+            command = self.snakemake(self.target, *arguments)
+            process = self._popen(command, stdout=log, stderr=log, start_new_session=True)
             try:
                 yield process
             finally:
@@ -155,16 +151,9 @@ class Project:
     @contextlib.contextmanager
     def begun(self, command: str) -> Iterator[psutil.Popen]:
         """A command line as Snakemake runs it; what is left of it behind the block is killed."""
-        process = psutil.Popen(
-            ["bash", "-euo", "pipefail", "-c", command],
-            cwd=self.folder,
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-        )
+        shell = ["bash", "-euo", "pipefail", "-c", command]
+        said = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
+        process = self._popen(shell, **said)
         try:
             yield process
         finally:

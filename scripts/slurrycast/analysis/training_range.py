@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slurrycast.data.frames import FrameStore, Particles
+from slurrycast.data.frames import Particles
 
 # Boxes shrink isotropically, so Lz/Lx stays what it was but for rounding: of sums over each step, and of 15 digits.
 RATIO_TOLERANCE = 1e-9
@@ -33,11 +33,6 @@ class Value:
     value: float
     low: float
     high: float
-
-
-def state(store: FrameStore, frame: int) -> State:
-    """State of a slurry at `frame`. InputError if its store does not hold it."""
-    return State(store.particles, store.box(frame)[1], store.density_g_cm3(frame))
 
 
 def mean_value(values: np.ndarray, counts: np.ndarray, slack: np.ndarray) -> Value:
