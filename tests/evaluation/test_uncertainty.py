@@ -303,19 +303,14 @@ def test_uncertainty_from_files(measured, tmp_path):
     assert table.rank_correlation.isna().all()  # all particles of a slurry have the same spread
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"roles": '{"V1": "validation"}'}, "--roles: slurry 2 has none"),
-        ({"calibrations": "other.json"}, "--calibrations: none of surrogate net"),
-    ],
-)
-def test_what_does_not_belong_to_the_predictions_is_refused(measured, tmp_path, change, says):
-    other = Judged("other", "V1", np.ones((30, 3)), np.ones((30, 3)))
-    calibrate([other]).write(tmp_path / "other.json")
-    if "calibrations" in change:
-        change = {"calibrations": tmp_path / change["calibrations"]}
-    assert refusal("measure_uncertainty", **measured | change) == f"error: {says}\n"
+def test_what_does_not_belong_to_the_predictions_is_refused(measured, tmp_path):
+    other = tmp_path / "other.json"
+    calibrate([Judged("other", "V1", np.ones((30, 3)), np.ones((30, 3)))]).write(other)
+    for option, value, says in (
+        ("roles", '{"V1": "validation"}', "slurry 2 has none"),
+        ("calibrations", other, "none of surrogate net"),
+    ):
+        assert refusal("measure_uncertainty", **measured | {option: value}) == f"error: --{option}: {says}\n"
 
 
 @pytest.mark.parametrize("script", ["calibrate_spread", "measure_uncertainty", "plot_uncertainty"])
