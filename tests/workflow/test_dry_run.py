@@ -28,10 +28,10 @@ def own(tmp_path: Path, **sections: dict) -> Path:
     return path
 
 
-FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in SCALES if scale != "tiny"]
+FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("config", *SCALES) if scale != "tiny"]
 
 
-@pytest.mark.parametrize("scale", ["config", "tiny", *FURTHER_SCALES])
+@pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
     further = [] if scale.startswith("size") else ["evaluation", "convergence"]
     done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))

@@ -33,7 +33,7 @@ def project(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize(("ranks", "program"), [(1, "executable"), (2, "launcher")])
+@pytest.mark.parametrize(("ranks", "program"), [(1, "executable"), pytest.param(2, "launcher", marks=pytest.mark.slow)])
 def test_hostile_texts_stay_text(project, monkeypatch, ranks, program):
     """Every key that may be any text (test_hostile_text.ANY_TEXT), through jobs that are really run.
 

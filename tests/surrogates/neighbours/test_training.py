@@ -121,6 +121,7 @@ def test_layers_of_the_inputs_and_of_the_variance_learn_by_adam():
     assert len(matrices) == 4 + 2 * 10  # these, and ten in each layer
 
 
+@pytest.mark.slow
 def test_validation_slurries_change_nothing_but_their_losses(model, tmp_path):
     train(SETTINGS, tmp_path, validation=())
     for one, other in zip(answer(tmp_path / "model.keras", *slurry()), answer(model, *slurry()), strict=True):
