@@ -1,11 +1,24 @@
 # Two commands from a fresh clone: `make demo` runs the whole workflow at demo scale, `make test` the tests.
-# Everything they need goes into .venv; nothing else on the machine is touched.
+# Everything they need goes into .venv, and results into results/. Outside this folder pip keeps downloads in its cache, and
+# nothing else is touched.
 
 PYTHON ?= python3
 CORES ?= 2
 # Processes of pytest; 0 runs the tests one after the other.
 WORKERS ?= 2
 BIN := .venv/bin
+
+# What is set for other programs: where Python looks for modules, and where pip installs.
+unexport $(filter-out PYTHON,$(filter PYTHON%,$(.VARIABLES))) \
+	PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON PIP_NO_DEPS PIP_DRY_RUN
+INSTALL := -m pip install --quiet --disable-pip-version-check --no-user
+# A container may run under a number without name or home folder.
+HOME ?= $(CURDIR)/.venv
+export HOME
+
+# An environment holds its own path and that of its Python: --clear unless both are right, to make it anew.
+clear = $(shell [ -x $(1)/bin/python ] && grep -qsF -- "-m venv $$(cd $(1) && pwd -P)" $(1)/pyvenv.cfg || echo --clear)
+.PHONY: $(if $(call clear,.venv),.venv/installed) $(if $(call clear,.venv-slurm),.venv-slurm/installed)
 
 .PHONY: demo test test-full test-slurm torture lint reference tables clean-venv
 
@@ -73,19 +86,20 @@ tables: .venv/installed
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
 		echo "error: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; \
 		exit 1; }
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(PYTHON) -m venv $(call clear,.venv) .venv
+	$(BIN)/python $(INSTALL) -r envs/requirements.txt
+	$(BIN)/python $(INSTALL) --no-deps --no-build-isolation --editable .
+	@[ -x $(BIN)/snakemake ] || { \
+		echo "error: pip did not install into .venv: its configuration says elsewhere ($(BIN)/pip config list)" >&2; exit 1; }
 	@touch $@
 
 .venv/installed-test: .venv/installed envs/requirements-test.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-test.txt
+	$(BIN)/python $(INSTALL) -r envs/requirements-test.txt
 	@touch $@
 
 .venv-slurm/installed: envs/requirements.txt envs/requirements-test.txt envs/requirements-slurm.txt envs/constraints.txt
-	$(PYTHON) -m venv .venv-slurm
-	.venv-slurm/bin/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-test.txt \
-		-r envs/requirements-slurm.txt
+	$(PYTHON) -m venv $(call clear,.venv-slurm) .venv-slurm
+	.venv-slurm/bin/python $(INSTALL) -r envs/requirements-test.txt -r envs/requirements-slurm.txt
 	@touch $@
 
 clean-venv:

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from configurations import ROOT
@@ -23,11 +24,18 @@ def copy_checkout(folder: Path) -> Path:
     return folder
 
 
-def snakemake(project: Path, *arguments: str, fails: bool = False, python: str | Path = sys.executable) -> str:
+def snakemake(
+    project: Path,
+    *arguments: str,
+    fails: bool = False,
+    python: str | Path = sys.executable,
+    environment: Mapping[str, str] = os.environ,
+    prefix: Sequence[str] = (),
+) -> str:
     """Run Snakemake in `project` with a Python of an environment that is not activated; return all that it prints."""
     program = Path(sys.executable).with_name("snakemake")
-    command = [python, program, "--cores", "2", *arguments]
-    environment = {name: value for name, value in os.environ.items() if name not in ("VIRTUAL_ENV", "DISPLAY")}
+    command = [*prefix, python, program, "--cores", "2", *arguments]
+    environment = {name: value for name, value in environment.items() if name not in ("VIRTUAL_ENV", "DISPLAY")}
     done = subprocess.run(
         command, cwd=project, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )

@@ -13,7 +13,12 @@ import yaml
 
 from configurations import ROOT
 from slurrycast.dem.lammps_run import force_field_variables
+from slurrycast.runtime.environment import isolate_libraries, remove
 
+# Tests touch repositories of their own only, whichever a hook of git names, and obey no settings of the user.
+remove(os.environ, "GIT_*")
+os.environ |= {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"}
+isolate_libraries(os.environ)
 os.environ["PYTHONPATH"] = str(ROOT / "scripts")  # of scripts that tests call: the package of this checkout
 # Whichever test starts TensorFlow: sums over several threads come out in another order from run to run.
 os.environ |= {"TF_NUM_INTRAOP_THREADS": "1", "TF_NUM_INTEROP_THREADS": "1"}

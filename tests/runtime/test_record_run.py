@@ -2,9 +2,11 @@
 
 import hashlib
 import json
+import os
 import platform
 import re
 import subprocess
+import sys
 from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 
@@ -71,7 +73,7 @@ def test_versions_of_all_that_matters_are_found():
     assert all(found[name] == version(name) for name in found)
 
 
-def test_commit_of_the_checkout_and_of_no_other(tmp_path):
+def test_commit_of_the_checkout_and_of_no_other(tmp_path, monkeypatch):
     outer, inner = tmp_path / "outer", tmp_path / "outer" / "inner"
     inner.mkdir(parents=True)
     git(outer, "init", "-q")
@@ -84,6 +86,31 @@ def test_commit_of_the_checkout_and_of_no_other(tmp_path):
     assert provenance.git_commit(inner) == "unknown"
     (outer / "a").write_text("2")
     assert provenance.git_commit(outer) == f"{commit}-dirty"
+    # whatever a hook of git says that works on another repository
+    for name in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_COMMON_DIR", "GIT_OBJECT_DIRECTORY"):
+        monkeypatch.setenv(name, str(inner))
+    assert provenance.git_commit(outer) == f"{commit}-dirty"
+    if os.geteuid() == 0:  # a checkout that another user owns, as in a container
+        for path in (outer, outer / ".git"):
+            os.chown(path, 12345, 12345)
+        assert provenance.git_commit(outer) == f"{commit}-dirty"
+
+
+def test_tests_touch_no_repository_of_the_user(tmp_path):
+    """A hook of git calls them with the variables of its repository, and with settings that would stop a commit."""
+    repository = tmp_path / "repository"
+    git(tmp_path, "init", "-q", str(repository))
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / ".gitconfig").write_text("[commit]\ngpgsign = true\n[gpg]\nprogram = false\n[core]\nhooksPath = /none\n")
+    before = {path: path.stat().st_mtime_ns for path in repository.rglob("*")}
+    named = {"GIT_DIR": ".git", "GIT_WORK_TREE": ".", "GIT_INDEX_FILE": ".git/index"}
+    user = {name: str(repository / path) for name, path in named.items()} | {"HOME": str(home)}
+    test = f"{__file__}::test_commit_of_the_checkout_and_of_no_other"
+    subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test], env=os.environ | user, check=True
+    )
+    assert {path: path.stat().st_mtime_ns for path in repository.rglob("*")} == before
 
 
 def test_name_differs_where_anything_does():
@@ -105,7 +132,7 @@ def test_name_stands_with_the_checksum_of_an_output(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_recorded_anew_for_another_commit_or_package_and_for_nothing_else(tmp_path, monkeypatch):
+def test_recorded_anew_for_another_commit_or_package_and_for_nothing_else(tmp_path):
     project = copy_checkout(tmp_path / "checkout")
     (project / ".gitignore").write_text("results/\n.snakemake/\n__pycache__/\n")
     git(project, "init", "-q")
@@ -137,9 +164,8 @@ def test_recorded_anew_for_another_commit_or_package_and_for_nothing_else(tmp_pa
     snakemake(project, versions, *tiny)
     assert recorded()["name"] == first["name"]
 
-    other = tmp_path / "other" / "numpy-99.0.dist-info"
-    other.mkdir(parents=True)
+    other = project / "scripts" / "numpy-99.0.dist-info"  # found before that of the environment
+    other.mkdir()
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: numpy\nVersion: 99.0\n")
-    monkeypatch.setenv("PYTHONPATH", str(other.parent))
     snakemake(project, versions, *tiny)
     assert recorded()["packages"]["numpy"] == "99.0"

@@ -16,6 +16,7 @@ import psutil
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from checkouts import copy_checkout
+from slurrycast.runtime.environment import OF_SHELL_AND_PYTHON, isolate_libraries, remove
 
 MARK = "SLURRYCAST_TORTURE"  # environment variable that all processes of a campaign inherit, orphans too
 CALL_LIMIT_S = 900.0  # a call of Snakemake that takes longer hangs
@@ -87,9 +88,12 @@ class Project:
 
     @property
     def environment(self) -> dict[str, str]:
-        """That of a user who has the project's programs on PATH."""
-        path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-        return {**os.environ, "PATH": path, MARK: self.mark}
+        """That of a user who has the project's programs on PATH, and no settings for other ones."""
+        environ = dict(os.environ)
+        remove(environ, *OF_SHELL_AND_PYTHON)
+        isolate_libraries(environ)
+        path = os.pathsep.join([str(Path(sys.executable).parent), environ["PATH"]])
+        return environ | {"PATH": path, "PYTHONPATH": str(self.folder / "scripts"), MARK: self.mark}
 
     def snakemake(self, *arguments: str) -> list[str]:
         """Command line of Snakemake."""

@@ -14,6 +14,13 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
+from slurrycast.runtime import environment
+
+try:
+    environment.isolate_jobs(scripts=Path(sys.path[0]), cache=Path(".snakemake").absolute())
+except environment.InputError as error:
+    raise WorkflowError(str(error)) from None
+
 from slurrycast import surrogates
 from slurrycast.config import configuration, dem_checks, derived_runs, label_settings, physics
 from slurrycast.runtime import provenance
@@ -21,13 +28,6 @@ from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import particle_counts, particle_types
-
-# Scripts run with the Python that runs Snakemake, with LAMMPS from the same environment, activated or not, and with the
-# package of this folder, even if another one is installed.
-os.environ.update(
-    PATH=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)]),
-    PYTHONPATH=sys.path[0],
-)
 
 MADE_WITH = provenance.made_with()
 VERSIONS = provenance.name_of(MADE_WITH)

@@ -1,10 +1,15 @@
 """One look for all figures: colours with a fixed meaning, readable sizes, labels with units, PNG at 150 dpi."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rcParams
+from slurrycast.runtime.environment import LIBRARIES
+
+os.environ |= LIBRARIES
+
+from matplotlib import rcdefaults, rcParams
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import to_hex, to_rgb
@@ -69,6 +74,7 @@ STYLE = {
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Return an empty figure in the common style; it needs no display."""
+    rcdefaults()  # a matplotlibrc in the working directory is read in any case
     rcParams.update(STYLE)
     return Figure(figsize=(width_in, height_in), layout="constrained")
 

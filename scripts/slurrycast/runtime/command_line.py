@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import signal
 import sys
 from argparse import Namespace
@@ -9,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from slurrycast.runtime.environment import isolate_libraries
 from slurrycast.runtime.files import InputError, RunError, Unfinished, check_unchanged
 
 EXIT_UNFINISHED = 75  # EX_TEMPFAIL of sysexits.h: nothing is wrong, the same command goes on
@@ -139,7 +141,8 @@ def run_main(main: Callable[[Namespace], None], add_options: Callable[[Parser], 
     Exit code 75 if the run stopped on purpose before it was done. Lines appear as they are printed, also where the
     output is not a terminal but a log.
     """
-    sys.stdout.reconfigure(line_buffering=True)
+    isolate_libraries(os.environ)
+    sys.stdout.reconfigure(line_buffering=True, errors="backslashreplace")  # whatever the user's encoding
     # As an exception, so that what was started is stopped as well: LAMMPS must not write on beside the next attempt.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:

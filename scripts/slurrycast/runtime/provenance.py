@@ -13,6 +13,8 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from slurrycast.runtime.environment import remove
+
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGES = (
     "snakemake",
@@ -44,11 +46,15 @@ def package_versions() -> dict[str, str]:
 def git_commit(folder: Path = ROOT) -> str:
     """Commit of the checkout in `folder`, `-dirty` behind it where files differ; `unknown` where there is none."""
     command = ["git", "--no-optional-locks", "-C", str(folder)]
+    # Containers often have the checkout of another user, whose configuration must not start a program here.
+    command += ["-c", "safe.directory=*", "-c", "core.fsmonitor=false"]
     command += ["describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    environ = dict(os.environ)
+    remove(environ, "GIT_*")  # in a hook of git they name the repository that it works on
     # a folder that lies in the checkout of something else is not that one's
-    environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent)}
+    environ["GIT_CEILING_DIRECTORIES"] = str(folder.parent)
     try:
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+        return subprocess.run(command, env=environ, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
 
