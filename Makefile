@@ -17,7 +17,7 @@ HOME ?= $(CURDIR)/.venv
 export HOME
 
 # An environment holds its own path and that of its Python: --clear unless both are right, to make it anew.
-clear = $(shell [ -x $(1)/bin/python ] && grep -qsF -- "-m venv $$(cd $(1) && pwd -P)" $(1)/pyvenv.cfg || echo --clear)
+clear = $(shell [ -x $(1)/bin/python ] && grep -qsF -- " $$(cd $(1) && pwd -P)" $(1)/pyvenv.cfg || echo --clear)
 .PHONY: $(if $(call clear,.venv),.venv/installed) $(if $(call clear,.venv-slurm),.venv-slurm/installed)
 
 .PHONY: demo test test-full test-slurm torture lint reference tables clean-venv

@@ -17,7 +17,7 @@ if [ "$2" = venv ]; then
     mkdir -p "$folder/bin"
     cp "$0" "$folder/bin/python"
     touch "$folder/bin/snakemake"; chmod +x "$folder/bin/snakemake"
-    echo "command = $0 -m venv $(pwd -P)/$folder" >"$folder/pyvenv.cfg"
+    echo "command = $0 ${*% *} $(pwd -P)/$folder" >"$folder/pyvenv.cfg"
 fi
 """
 

@@ -35,6 +35,8 @@ def hostile(folder: Path) -> dict[str, str]:
         "KERAS_BACKEND": "torch",
         "KERAS_MAX_EPOCHS": "1",
         "TF_USE_LEGACY_KERAS": "1",
+        "TF_XLA_FLAGS": "--of_another_version",
+        "XLA_FLAGS": "--of_another_version",
         "MPLBACKEND": "module://of_a_notebook",
         "MATPLOTLIBRC": str(home / ".config" / "matplotlib"),
         "PYVISTA_PLOT_THEME": "dark",

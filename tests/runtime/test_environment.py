@@ -50,7 +50,7 @@ def test_jobs_get_no_setting_and_no_path_of_the_user(tmp_path):
     user = hostile(tmp_path) | {"PYTHONOPTIMIZE": "2"}
     environ, path = json.loads(output(PROCESS, user, tmp_path))
     unset = ("BASH_ENV", "BASH_FUNC_python%%", "PYTHONSAFEPATH", "PYTHONOPTIMIZE", "PYTHONIOENCODING")
-    assert not environ.keys() & {*unset, "KERAS_MAX_EPOCHS", "TF_USE_LEGACY_KERAS", "PYVISTA_PLOT_THEME"}
+    assert not environ.keys() & {*unset, "KERAS_MAX_EPOCHS", "TF_USE_LEGACY_KERAS", "XLA_FLAGS", "PYVISTA_PLOT_THEME"}
     stated = ("KERAS_HOME", "KERAS_BACKEND", "MPLBACKEND", "MATPLOTLIBRC", "PYTHONPATH")
     assert not [name for name in stated if environ[name] == user[name]]
     assert {name: environ[name] for name in ("HOME", "LC_ALL", "TMPDIR")}.items() <= user.items()

@@ -15,6 +15,7 @@ from pathlib import Path
 import psutil
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 from checkouts import copy_checkout
 from slurrycast.runtime.environment import OF_SHELL_AND_PYTHON, isolate_libraries, remove
 

@@ -23,7 +23,7 @@ LIBRARIES = {
     "MPLBACKEND": "agg",
     "MATPLOTLIBRC": os.devnull,
 }
-OF_LIBRARIES = ("KERAS_*", "TF_USE_LEGACY_KERAS", "PYVISTA_*")
+OF_LIBRARIES = ("KERAS_*", "TF_USE_LEGACY_KERAS", "XLA_FLAGS", "TF_XLA_FLAGS", "PYVISTA_*")
 # What bash reads before it runs the command of a job, and what changes what Python imports, checks or encodes.
 OF_SHELL_AND_PYTHON = ("BASH*", "ENV", "SHELLOPTS", "POSIXLY_CORRECT", "PYTHON*")
 REQUIRED = "numpy"  # a package that every environment of the workflow has
