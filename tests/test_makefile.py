@@ -65,5 +65,5 @@ def test_an_environment_that_was_moved_or_lost_its_python_is_made_anew(project):
     assert made() == []
     (project / ".venv" / "bin" / "python").unlink()
     assert made() == anew
-    (project / "envs" / "requirements.txt").touch()  # a new version is put into the environment as it is
+    os.utime(project / ".venv" / "installed", (0, 0))  # newer requirements are put into the environment as it is
     assert [" ".join(call.split()) for call in made()] == ["-m venv .venv"]

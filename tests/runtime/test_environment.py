@@ -2,6 +2,7 @@
 
 import json
 import os
+import site
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 from configurations import ROOT
 from script_runs import run_script
+from slurrycast.runtime.environment import isolate_jobs
 from user_settings import hostile
 
 PROCESS = """
@@ -60,7 +62,6 @@ def test_jobs_get_no_setting_and_no_path_of_the_user(tmp_path):
 
 
 def test_packages_that_are_only_in_pythonpath_are_refused(tmp_path):
-    """So are those of `pip install --user` taken, if there are no others."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "bare"], check=True)
     python = tmp_path / "bare" / "bin" / "python"
     (tmp_path / "numpy").mkdir()
@@ -70,6 +71,19 @@ def test_packages_that_are_only_in_pythonpath_are_refused(tmp_path):
     python.unlink()
     said = output(PROCESS, dict(os.environ), tmp_path, python.with_name("python3"))
     assert said.startswith(f"{tmp_path}/bare/bin: no `python` beside the Python that runs Snakemake")
+
+
+@pytest.mark.parametrize("others", [True, False])
+def test_packages_of_pip_user_count_only_if_there_are_no_others(tmp_path, monkeypatch, others):
+    user, folder = tmp_path / "user", tmp_path / "site-packages"
+    for packages in [user, folder] if others else [user]:
+        (packages / "numpy").mkdir(parents=True)
+        (packages / "numpy" / "__init__.py").touch()
+    monkeypatch.setattr(site, "getusersitepackages", lambda: str(user))
+    monkeypatch.setattr(sys, "path", [str(user), str(folder)])
+    monkeypatch.setattr(os, "environ", dict(os.environ))
+    isolate_jobs(ROOT / "scripts", tmp_path)
+    assert (str(user) not in sys.path, "PYTHONNOUSERSITE" in os.environ) == (others, others)
 
 
 def test_keras_by_hand_has_our_settings(tmp_path):

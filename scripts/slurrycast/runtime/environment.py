@@ -64,7 +64,7 @@ def isolate_jobs(scripts: Path, cache: Path) -> None:
         raise InputError(f"{programs}: no `python` beside the Python that runs Snakemake, which jobs call: use a venv")
     own, python_path = _folders(sysconfig.get_paths().values()), os.environ.get("PYTHONPATH", "").split(os.pathsep)
     foreign = _folders(path for path in python_path if path) - own
-    sys.path[:] = [str(scripts), *(path for path in sys.path if not _folders([path]) & (foreign | {scripts}))]
+    sys.path[:] = [str(scripts), *(path for path in sys.path if not _folders([path]) & foreign)]
     remove(os.environ, *OF_SHELL_AND_PYTHON)
     isolate_libraries(os.environ)
     os.environ |= {
