@@ -14,7 +14,8 @@ echo "$@ user=$PIP_USER target=$PIP_TARGET path=$PYTHONPATH index=$PIP_INDEX_URL
 if [ "$2" = venv ]; then
     for folder; do :; done
     case "$*" in *--clear*) rm -rf "$folder";; esac
-    mkdir -p "$folder/bin"
+    mkdir -p "$folder/bin" "$folder/lib/python3.11/site-packages"
+    pwd -P >"$folder/lib/python3.11/site-packages/__editable__.slurrycast-0.1.0.pth"
     cp "$0" "$folder/bin/python"
     touch "$folder/bin/snakemake"; chmod +x "$folder/bin/snakemake"
     echo "command = $0 ${*% *} $(pwd -P)/$folder" >"$folder/pyvenv.cfg"
@@ -51,6 +52,14 @@ def test_pip_installs_into_the_environment_whatever_the_user_has_set(project):
     assert len(installs) == 2
     expected = f"user= target= path= index=https://a.b home={project}/.venv"
     assert all("--no-user" in call and call.endswith(expected) for call in installs)
+
+
+def test_the_path_of_the_package_is_relative(project):
+    """An absolute one that is not ASCII stops any Python in a locale such as C."""
+    calls(project)
+    (path,) = project.glob(".venv/lib/python3*/site-packages/*.pth")
+    assert (path.parent / path.read_text().strip()).resolve() == project / "scripts"
+    assert path.read_text().isascii()
 
 
 def test_an_environment_that_was_moved_or_lost_its_python_is_made_anew(project):
