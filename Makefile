@@ -88,11 +88,11 @@ tables: .venv/installed
 		exit 1; }
 	$(PYTHON) -m venv $(call clear,.venv) .venv
 	$(BIN)/python $(INSTALL) -r envs/requirements.txt
+	@[ -x $(BIN)/snakemake ] || { \
+		echo "error: pip did not install into .venv: its configuration says elsewhere ($(BIN)/pip config list)" >&2; exit 1; }
 	$(BIN)/python $(INSTALL) --no-deps --no-build-isolation --editable .
 	@# Relative: Python reads the path in the encoding of the locale, in which it may have no name.
 	@echo ../../../../scripts | tee .venv/lib/python3*/site-packages/__editable__.slurrycast-*.pth >/dev/null
-	@[ -x $(BIN)/snakemake ] || { \
-		echo "error: pip did not install into .venv: its configuration says elsewhere ($(BIN)/pip config list)" >&2; exit 1; }
 	@touch $@
 
 .venv/installed-test: .venv/installed envs/requirements-test.txt
