@@ -3,12 +3,12 @@
 from pathlib import Path
 from types import ModuleType
 
-from slurrycast.report.figures import save_figure
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+
+from slurrycast.report.figures import save_figure
 
 
 def is_drawn(path: Path) -> bool:

@@ -14,18 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 
-from slurrycast.report.figures import (
-    DEM,
-    FAINT,
-    INK,
-    SURROGATE_MARKERS,
-    annotate_beside,
-    new_figure,
-    plain_ticks,
-    save_figure,
-    surrogate_colours,
-)
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -37,6 +25,17 @@ from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.front import equilibrium_share, mean_front, on_front, replica_band, with_relative_mse
 from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.report.figures import (
+    DEM,
+    FAINT,
+    INK,
+    SURROGATE_MARKERS,
+    annotate_beside,
+    new_figure,
+    plain_ticks,
+    save_figure,
+    surrogate_colours,
+)
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 

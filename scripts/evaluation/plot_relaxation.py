@@ -9,8 +9,6 @@ is what counts as reached.
 
 from collections.abc import Mapping
 
-from slurrycast.report.figures import FAINT, SURROGATE_MARKERS, new_figure, plain_ticks, save_figure, surrogate_colours
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -21,6 +19,7 @@ from slurrycast import surrogates
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
+from slurrycast.report.figures import FAINT, SURROGATE_MARKERS, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 

@@ -5,13 +5,12 @@ Out: PNG with one row for each surrogate: one numbered dot for each slurry and a
 axis stand at its left edge with their value.
 """
 
-from slurrycast.report.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
+from slurrycast.report.figures import FAINT, INK, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 

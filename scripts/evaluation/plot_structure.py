@@ -5,8 +5,6 @@ Out: PNG with one row for each quantity and one column for each surrogate: the m
 |value - dem_value| / replica_sd. Two DEM runs with other seeds differ by about 1.
 """
 
-from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
-
 import numpy as np
 import pandas as pd
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
@@ -14,6 +12,7 @@ from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.verdicts import deviations
+from slurrycast.report.figures import INK, RELAXED, new_figure, note, save_figure
 from slurrycast.report.names import quantity_name
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 

@@ -9,8 +9,6 @@ against spread, in bins of equally many coordinates; numbers name the slurries. 
 
 from collections.abc import Sequence
 
-from slurrycast.report.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -18,6 +16,7 @@ from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.uncertainty import Judged, binned_um, expected_coverage, read_judged
+from slurrycast.report.figures import INK, RELAXED, VALIDATION, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 CURVE_LEVELS = np.linspace(0.02, 0.98, 49)

@@ -8,13 +8,12 @@ Coordinates are unwrapped, and their mean over the particles is taken from both.
 
 from collections.abc import Mapping
 
-from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from slurrycast.analysis.errors import CoordinateError, coordinate_errors
 from slurrycast.data.frames import FrameStore, Particles, read_frames
+from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 

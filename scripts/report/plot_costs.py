@@ -5,8 +5,6 @@ Out: PNG with one panel for each surrogate. Each slurry has a bar with the parts
 is in equilibrium and where it ends, and how many times the hybrid run fits in these.
 """
 
-from slurrycast.report.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -14,6 +12,7 @@ from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
+from slurrycast.report.figures import DEM, FAINT, INK, PREDICTED, RELAXED, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 

@@ -7,8 +7,6 @@ Out: PNG; the input frames of the surrogate are marked as a band, and equilibriu
 
 from collections.abc import Mapping, Sequence
 
-from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
-
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
@@ -18,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.figures import INK, PREDICTED, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 ROLES = {  # line and name

@@ -9,14 +9,13 @@ beyond.
 
 from collections.abc import Sequence
 
-from slurrycast.report.figures import ARTICLE, DEM, FAINT, new_figure, save_figure, surrogate_colours
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
+from slurrycast.report.figures import ARTICLE, DEM, FAINT, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 SLOT = 0.84  # width of what belongs to one slurry; the slurries are 1 apart

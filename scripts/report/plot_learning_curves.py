@@ -6,13 +6,12 @@ without learning curves.
 Out: PNG with one panel for each measure, on a logarithmic scale.
 """
 
-from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, plain_ticks, save_figure
-
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import AutoLocator, LogLocator, MaxNLocator
 
 from slurrycast.data.tables import read_table
+from slurrycast.report.figures import TRAINING, VALIDATION, new_figure, note, plain_ticks, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 MEASURES = (

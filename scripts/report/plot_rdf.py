@@ -9,14 +9,13 @@ Out: PNG with one panel for each slurry and pair.
 
 from collections.abc import Mapping, Sequence
 
-from slurrycast.report.figures import DEM, INK, new_figure, save_figure, surrogate_colours
-
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
+from slurrycast.report.figures import DEM, INK, new_figure, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 COLUMNS = 4

@@ -10,14 +10,13 @@ from collections.abc import Collection
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 
-from slurrycast.report.figures import INK, new_figure, save_figure
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, PathPatch
 from matplotlib.path import Path as Curve
 from scipy.optimize import isotonic_regression
 
+from slurrycast.report.figures import INK, new_figure, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 

@@ -16,8 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -27,6 +25,7 @@ from matplotlib.image import imread
 
 from slurrycast.data.frames import Particles, read_frames
 from slurrycast.data.periodic import wrap
+from slurrycast.report.figures import INK, new_figure, phase_colours, phase_handles, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0

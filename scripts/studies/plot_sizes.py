@@ -9,8 +9,6 @@ reference article.
 
 from collections.abc import Mapping, Sequence
 
-from slurrycast.report.figures import ARTICLE, INK, new_figure, plain_ticks, save_figure, surrogate_colours
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -20,6 +18,7 @@ from matplotlib.ticker import FixedLocator
 
 from slurrycast.data.tables import read_table
 from slurrycast.report import reference_article as article
+from slurrycast.report.figures import ARTICLE, INK, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.files import InputError
 

@@ -6,14 +6,13 @@ the RDF, whose differences share the runs that they are from); the band of the d
 --max-density-difference accepts.
 """
 
-from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, plain_ticks, save_figure
-
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator
 
 from slurrycast.data.tables import read_equilibrium, read_table
+from slurrycast.report.figures import DEM, FAINT, RELAXED, new_figure, plain_ticks, save_figure
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 PANELS = {

@@ -6,16 +6,6 @@ import signal
 from pathlib import Path
 from types import ModuleType
 
-from slurrycast.report.figures import (
-    FURTHER_PHASE_COLOURS,
-    FURTHER_SURROGATE_COLOURS,
-    PHASE_COLOURS,
-    SURROGATE_COLOURS,
-    phase_colours,
-    save_figure,
-    surrogate_colours,
-)
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -32,6 +22,15 @@ import render_slurry
 from pictures import check_saved, is_drawn, recorded_calls
 from script_runs import run_script
 from slurrycast.analysis.errors import coordinate_errors
+from slurrycast.report.figures import (
+    FURTHER_PHASE_COLOURS,
+    FURTHER_SURROGATE_COLOURS,
+    PHASE_COLOURS,
+    SURROGATE_COLOURS,
+    phase_colours,
+    save_figure,
+    surrogate_colours,
+)
 from slurrycast.runtime.files import InputError
 from structures import frame, particles, write_store
 

@@ -109,7 +109,3 @@ def test_figures_by_hand_do_not_depend_on_settings_of_matplotlib(tmp_path, comma
     )
     assert done.returncode == 0, done.stderr
     assert drawn.read_bytes() == expected.read_bytes()
-
-
-def test_analysis_by_hand_does_not_read_settings_of_matplotlib(tmp_path):
-    assert output("import slurrycast.analysis.rdf", os.environ | {"MPLBACKEND": "of_a_notebook"}, tmp_path) == ""

@@ -7,6 +7,7 @@ of a bin's edge.
 from collections.abc import Iterable
 from itertools import combinations_with_replacement
 
+import freud
 import numpy as np
 
 from slurrycast.data.frames import Particles
@@ -90,8 +91,6 @@ def radial_distributions(
     density. A particle is no neighbour of itself, neither in the count nor in the number of pairs, n (n - 1). The
     counts of all particles are the sum over the pairs of phases.
     """
-    import freud  # brings matplotlib, which reads settings of the user unless the script has started
-
     box, points = freud_box(position_um, lower_um, edges_um)
     # Of the volume of the box, in each shell: what an ideal gas has of all possible pairs.
     share_of_box = 4 / 3 * np.pi * np.diff(r_edges_um**3) / np.prod(edges_um)

@@ -13,8 +13,9 @@ from typing import Any
 from slurrycast.config import dem_checks, surrogate_checks
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.physics import changed_physics
-from slurrycast.config.schema_errors import printable, schema, schema_errors, with_text_keys
+from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
+from slurrycast.runtime.command_line import printable
 from slurrycast.runtime.files import InputError
 
 # Each check with the keys that it reads: it is left out where the schema has found one of them wrong.

@@ -57,11 +57,6 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def printable(line: str) -> str:
-    """A line in which characters that end lines or control a terminal are escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
-
-
 def _hint(value: Any, rule: Mapping) -> str:
     """What to write instead, where YAML reads something else than the user meant."""
     kind = rule.get("type")

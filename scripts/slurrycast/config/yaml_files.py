@@ -14,7 +14,7 @@ from pathlib import Path
 
 import yaml
 
-from slurrycast.config.schema_errors import printable
+from slurrycast.runtime.command_line import printable
 
 
 class _Composer(yaml.SafeLoader):

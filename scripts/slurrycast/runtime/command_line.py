@@ -127,6 +127,11 @@ def named_file(text: str) -> tuple[str, Path]:
     return name, input_file(path)
 
 
+def printable(line: str) -> str:
+    """A line in which characters that end lines or control a terminal are escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
+
 def parse(add_options: Callable[[Parser], None], description: str, words: Sequence[str] | None = None) -> Namespace:
     """Read the options of a script from `words`, by default those of the command line."""
     parser = Parser(description)
