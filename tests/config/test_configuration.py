@@ -87,6 +87,11 @@ def project(tmp_path_factory) -> Path:
     return folder
 
 
+def files_of(project: Path) -> list[Path]:
+    """All files but those that Snakemake and Python keep for themselves."""
+    return sorted(path for path in project.rglob("*") if not {".snakemake", "__pycache__"} & {*path.parts})
+
+
 SEVERAL = {"run": {"name": "größe"}, "slurries": "s.tsv", "dem": {"steps": 60001, "temperature_k": float("nan")}}
 
 
@@ -116,11 +121,11 @@ SEVERAL = {"run": {"name": "größe"}, "slurries": "s.tsv", "dem": {"steps": 600
 )
 def test_snakemake_prints_the_lines_before_any_job(project, override, lines):
     (project / "bad.yaml").write_text(yaml.safe_dump(override, allow_unicode=True, sort_keys=False), encoding="utf-8")
-    before = sorted(path for path in project.rglob("*") if ".snakemake" not in path.parts)
+    before = files_of(project)
     printed = snakemake(project, "--configfile", "bad.yaml", fails=True)  # no dry run: nothing may start
     assert "\n".join(["", *lines, "Nothing was run.", ""]) in printed
     assert re.search("Traceback|jobs? to be|rule ", printed) is None
-    assert sorted(path for path in project.rglob("*") if ".snakemake" not in path.parts) == before
+    assert files_of(project) == before
 
 
 def test_snakemake_names_file_and_lines_of_repeated_keys(project):
