@@ -1,10 +1,11 @@
 """Record what a run was asked for and with what it was made.
 
-In: the effective configuration and the versions that Snakemake saw (commit of the workflow, Python, packages), both as
-JSON; the command line of Snakemake.
-Out: the configuration as YAML; the versions as JSON, with what LAMMPS and its MPI say of themselves, the machine and
-the time of this record, and a copy that stays when another commit or other packages are recorded. Its name stands with
-the checksum of every output (`.checksums/` beside it), so each can be traced to the versions that made it.
+In: the effective configuration, the rows of the slurry table, and the versions that Snakemake saw (commit of the
+workflow, Python, packages), all as JSON; the command line of Snakemake.
+Out: the configuration as YAML; the slurry table; the versions as JSON, with what LAMMPS and its MPI say of themselves,
+the machine and the time of this record, and a copy that stays when another commit or other packages are recorded. Its
+name stands with the checksum of every output (`.checksums/` beside it), so each can be traced to the versions that made
+it.
 """
 
 import json
@@ -26,9 +27,11 @@ from slurrycast.runtime.programs import Launcher
 def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_value("--effective", "configuration as JSON", type=json.loads)
+    parser.add_value("--rows", "rows of the slurry table as JSON", type=json.loads)
     parser.add_value("--made-with", "versions as JSON", type=json.loads)
     parser.add_value("--command", "command line of Snakemake")
     parser.add_output("--config", "configuration, YAML")
+    parser.add_output("--slurries", "slurry table")
     parser.add_output("--versions", "versions, JSON")
     parser.add_output("--kept", "the same, under the name of these versions")
 
@@ -52,8 +55,10 @@ def lammps_says(executable: str) -> dict[str, str]:
 
 
 def main(args: Namespace) -> None:
-    """Write the three files."""
+    """Write the files."""
     write_text(args.config, yaml.safe_dump(args.effective, sort_keys=False, allow_unicode=True))
+    lines = [args.rows[0], *(row.values() for row in args.rows)]
+    write_text(args.slurries, "".join("\t".join(map(str, cells)) + "\n" for cells in lines))
     packages = provenance.package_versions() | args.made_with["packages"]  # of a Conda environment, if it has one
     versions = {
         "name": provenance.name_of(args.made_with),

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from checkouts import copy_checkout, snakemake
-from configurations import shipped
+from configurations import ROOT, read_slurries, shipped
 from slurrycast.runtime import provenance
 from slurrycast.runtime.files import CHECKSUMS, VERSIONS_VARIABLE, check_unchanged, write_text
 
@@ -31,12 +31,15 @@ def record(command, tmp_path):
     """Run the script; what it recorded."""
 
     def run(**changed) -> dict:
-        paths = {name: tmp_path / name for name in ("config", "versions", "kept")}
+        paths = {name: tmp_path / name for name in ("config", "slurries", "versions", "kept")}
         effective = shipped("tiny")
         effective["dem"] |= changed
+        slurries = read_slurries(ROOT / effective["slurries"])
         words = {"effective": json.dumps(effective), "made_with": json.dumps(MADE_WITH), "command": "snakemake -n"}
+        words["rows"] = json.dumps([slurry.row() for slurry in slurries])
         subprocess.run(command("record_run", **words, **paths), check=True)
         assert yaml.safe_load(paths["config"].read_text()) == effective
+        assert read_slurries(paths["slurries"]) == slurries
         assert list(effective["formulation"]["phases"]) == ["BDPD", "NiO", "8YSZ"]  # their order counts
         assert paths["kept"].read_bytes() == paths["versions"].read_bytes()
         return json.loads(paths["versions"].read_text(encoding="utf-8"))

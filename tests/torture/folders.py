@@ -58,11 +58,15 @@ def size_of(paths: Iterable[Path]) -> int:
 
 
 def one_of_each_rule(jobs: Iterable[Job], draw: random.Random) -> list[Job]:
-    """A job of each rule, drawn."""
+    """A job of each rule, drawn; of extract_frames the one whose dump the DEM before it has just written."""
     by_rule: dict[str, list[Job]] = {}
     for job in jobs:
         by_rule.setdefault(job.rule, []).append(job)
-    return [draw.choice(same) for same in by_rule.values()]
+    chosen = {rule: draw.choice(same) for rule, same in by_rule.items()}
+    for job in by_rule.get("extract_frames", ()):
+        if job.wildcards == chosen["run_slurry"].wildcards:
+            chosen["extract_frames"] = job
+    return list(chosen.values())
 
 
 def full_and_read_only(

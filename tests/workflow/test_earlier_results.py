@@ -17,10 +17,10 @@ RESULTS = Path("results/copied")
 FRAMES = RESULTS / "frames/1.h5"
 
 
-def run(folder: Path, *arguments: str, fails: bool = False) -> str:
-    """Ask for the frames of slurry 1 in the working directory `folder`."""
+def run(folder: Path, *arguments: str, target: Path = FRAMES, fails: bool = False) -> str:
+    """Ask for the frames of slurry 1, or another file, in the working directory `folder`."""
     options = ["--directory", str(folder), "--configfile", str(folder / "my.yaml"), *arguments]
-    return snakemake(ROOT, *options, "--", str(FRAMES), fails=fails)
+    return snakemake(ROOT, *options, "--", str(target), fails=fails)
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -86,13 +86,44 @@ def test_only_whole_results_of_this_configuration_are_taken_over(made):
     folder = copied(made, "damaged", age_s=1e6, records=False)
     with (folder / RESULTS / "dem/1/thermo.csv").open("a") as file:
         file.write("x")
+    (folder / RESULTS / "dem/1/.checksums/lammps.log.sha256").unlink()
+    write_text(folder / RESULTS / "dem/T1/dump.lammpstrj", "not extracted yet")
     config = yaml.safe_load((folder / "my.yaml").read_text())
     config["learning"] = config.get("learning", {}) | {"seed": 12345}
     (folder / "my.yaml").write_text(yaml.safe_dump(config))
+    table = folder / "my.tsv"
+    table.write_text(table.read_text().replace("T1\ttrain", "T2\ttrain"))
     said = run(folder, "--touch", "--forceall", fails=True)
-    assert f"{RESULTS}/dem/1/thermo.csv: not what was written there" in said
-    assert f"{RESULTS}: made with learning.seed = " in said and ", the configuration has 12345: take them over" in said
-    assert "Nothing was touched" in said
+    for line in (
+        f"{RESULTS}/dem/1/thermo.csv: not what was written there",
+        f"{RESULTS}/dem/1/lammps.log: no checksum in .checksums/ beside it",
+        f"{RESULTS}: made with learning.seed = 20260101, the configuration has 12345: take them over with --configfile",
+        f"{RESULTS}/slurries.tsv: the slurries that the results were made with are not those of my.tsv",
+        f"{RESULTS}/dem/T1/dump.lammpstrj: would be deleted, and has no frames yet: add --notemp",
+        "Nothing was touched",
+    ):
+        assert line in said
+
+
+def test_results_that_do_not_say_how_they_were_made_are_not_taken_over(made):
+    folder = copied(made, "unknown", age_s=1e6, records=False)
+    (folder / RESULTS / "models").mkdir()
+    recorded = folder / RESULTS / "config.yaml"
+    recorded.write_text("run: [\n")
+    (recorded.parent / ".checksums" / "config.yaml.sha256").unlink()
+    assert f"{RESULTS}/config.yaml line 2: " in run(folder, "--touch", "--forceall", fails=True)
+    recorded.unlink()
+    assert f"{RESULTS}/config.yaml: no such file: without it" in run(folder, "--touch", "--forceall", fails=True)
+
+
+@pytest.mark.parametrize("lost", [RESULTS / "dem/1/frame_9.restart", FRAMES])
+def test_a_finished_dem_of_which_a_file_is_lost_is_not_repeated_unasked(made, lost):
+    folder = copied(made, f"lost_{lost.stem}")
+    (folder / lost).unlink()
+    before = contents(folder)
+    said = run(folder, target=lost, fails=True)
+    assert f"{RESULTS}: run_slurry 1 would delete finished results" in said and "set run.overwrite: true" in said
+    assert contents(folder) == before
 
 
 def test_an_upstream_job_that_runs_again_does_not_delete_a_finished_dem(made):

@@ -34,11 +34,12 @@ VERSIONS = provenance.name_of(MADE_WITH)
 os.environ[VERSIONS_VARIABLE] = VERSIONS  # written beside the checksum of every output
 
 try:
-    SLURRIES = {slurry.id: slurry for slurry in configuration.checked_slurries(config)}
+    SLURRY_TABLE = configuration.checked_slurries(config)
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
 config = configuration.in_order(config)
+SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
 TRAINING_NEEDED = config["surrogate"]["model"] is None
 if not TRAINING_NEEDED:

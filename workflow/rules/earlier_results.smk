@@ -13,34 +13,48 @@ OUTPUTS: none
 from slurrycast.config import earlier_results
 
 
+def is_finished_dem(job):
+    """Whether a job would run a DEM that got as far as it is asked to; not if it only has to collect its outputs."""
+    return (
+        job.rule.name == "run_slurry"
+        and not os.path.exists(job.params.work)
+        and earlier_results.reaches(job.output.run, job.params.last_frame)
+    )
+
+
 def loses_results(job):
     """Whether a planned job would delete a finished DEM, or results of which Snakemake does not know how they were made."""
     reason = workflow.dag.reason(job)
     if reason.forced or reason.incomplete_output or not job.output:
         return False
-    outputs = [path for path in job.output if not path.is_temp]
-    if job.rule.name == "run_slurry":
-        outputs.append(f"{RESULTS}/frames/{job.wildcards.slurry}.h5")
-    if not all(map(os.path.exists, outputs)):
-        return False
-    if job.rule.name == "run_slurry" and earlier_results.ends_at(job.output.run, job.params.last_frame):
-        return True
-    return not workflow.persistence.has_metadata(job)
+    is_there = all(os.path.exists(path) for path in job.output if not path.is_temp)
+    return is_finished_dem(job) or (is_there and not workflow.persistence.has_metadata(job))
 
 
 def check_earlier_results():
     """Refuse a run that would delete finished results, and a `--touch` of results that cannot be taken over."""
     if workflow.touch:
-        if lines := list(earlier_results.problems(config, RESULTS)):
+        lines = list(earlier_results.problems(config, SLURRY_TABLE, RESULTS))
+        if not workflow.storage_settings.notemp:
+            lines += [
+                f"{dump}: would be deleted, and has no frames yet: add --notemp"
+                for dump in Path(RESULTS).glob("dem/*/dump.lammpstrj")
+                if not Path(RESULTS, "frames", f"{dump.parent.name}.h5").exists()
+            ]
+        if lines:
             raise WorkflowError(*lines, "Nothing was touched.")
     elif not config["run"]["overwrite"]:
-        jobs = filter(loses_results, workflow.dag.needrun_jobs())
-        if lost := sorted([job.rule.name, *job.wildcards] for job in jobs):
-            first = next((words for words in lost if words[0] == "run_slurry"), lost[0])
-            more = f" and {len(lost) - 1} more jobs" if lost[1:] else ""
+        lost = [job for job in workflow.dag.needrun_jobs() if loses_results(job)]
+        if lost:
+            lost.sort(key=lambda job: (not is_finished_dem(job), job.rule.name, *job.wildcards))
+            first, *others = lost
+            more = f" and {len(others)} more jobs" if others else ""
+            again = "set run.overwrite: true"
+            if not is_finished_dem(first):
+                again = f"add --forcerun {' '.join(dict.fromkeys(job.rule.name for job in lost))}"
             raise WorkflowError(
-                f"{RESULTS}: {' '.join(first)}{more} would delete finished results and make them again (snakemake --dry-run gives "
-                "the reasons): to take them over as they are, add --touch --forceall; to make them again, set "
-                "run.overwrite: true",
+                f"{RESULTS}: {' '.join([first.rule.name, *first.wildcards])}{more} would delete finished results and make "
+                f"them again (snakemake --dry-run gives the reasons): to take them over as they are, add --touch "
+                f"--forceall; to make them again, {again}",
                 "Nothing was run.",
             )

@@ -6,18 +6,19 @@ REQUIRED INPUTS:
     config, as a whole: it is shown
 
 OUTPUTS:
-    config.yaml, versions.json, versions/<name>.json
+    config.yaml, slurries.tsv, versions.json, versions/<name>.json
     figures/*.png
     report.html, evaluation.html
 """
 
 
 rule record_run:
-    """Record the effective configuration, the command and the versions."""
+    """Record the effective configuration, the slurry table, the command and the versions."""
     input:
         **code("report/record_run"),
     output:
         config=f"{RESULTS}/config.yaml",
+        slurries=f"{RESULTS}/slurries.tsv",
         versions=f"{RESULTS}/versions.json",
     log:
         f"{RESULTS}/logs/record_run.log",
@@ -29,13 +30,14 @@ rule record_run:
         command=lambda wildcards: shlex.join(["snakemake", *sys.argv[1:]]),
     params:
         config=lambda wildcards: section(config),  # of a function, as it may hold braces
+        slurries=lambda wildcards: section([slurry.row() for slurry in SLURRY_TABLE]),
         made_with=lambda wildcards: section(MADE_WITH),
         # not an output: while one under a new name is missing, Snakemake does not see that the others are old
         kept=f"{RESULTS}/versions/{VERSIONS}.json",
     shell:
-        "python {input.script:q} --effective {params.config:q} --made-with {params.made_with:q}"
-        " --command {resources.command:q} --config {output.config:q} --versions {output.versions:q} --kept"
-        " {params.kept:q}"
+        "python {input.script:q} --effective {params.config:q} --rows {params.slurries:q}"
+        " --made-with {params.made_with:q} --command {resources.command:q} --config {output.config:q}"
+        " --slurries {output.slurries:q} --versions {output.versions:q} --kept {params.kept:q}"
         " 2>&1 | tee {log:q}"
 
 

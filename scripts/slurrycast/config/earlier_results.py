@@ -1,45 +1,54 @@
 """Results of an earlier run, or of another machine, that are to be taken for results of this one."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import yaml
 
 from slurrycast.config.physics import DEM_START, flat_settings
 from slurrycast.config.schema_errors import shown
+from slurrycast.config.slurry_table import Slurry, read_slurry_table
+from slurrycast.config.yaml_files import file_problems
 from slurrycast.runtime.files import damaged_files
 
 NOT_RESULTS = {"run.overwrite", *(f"dem.{key}" for key in DEM_START)}  # settings that no result depends on
+CONFIG, SLURRIES = "config.yaml", "slurries.tsv"  # what record_run writes
 
 
-def problems(config: Mapping, results: str | Path) -> Iterator[str]:
-    """Check whether the results can be taken over as they are: whole, and made with this configuration.
+def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -> Iterator[str]:
+    """Check whether the results can be taken over as they are: whole, of this configuration and slurry table.
 
-    Yields one line for each damaged file, and one for all settings that differ from `config.yaml` of the results.
+    Yields a line for each damaged file, for the first of all settings that differ, and for slurries that differ.
     """
     yield from damaged_files(results)
-    recorded = Path(results, "config.yaml")
-    if not recorded.exists():
+    recorded, table = Path(results, CONFIG), Path(results, SLURRIES)
+    missing = [path for path in (recorded, table) if not path.is_file()]
+    if missing:  # a DEM says in its run.json with which settings it was made, others do not
+        if any(Path(results, name).exists() for name in ("dataset", "models", "hybrid", "tables")):
+            yield f"{missing[0]}: no such file: without it nothing tells with which settings the results were made"
         return
+    if lines := file_problems(recorded):
+        yield from lines
+        return
+    way_out = f"take them over with --configfile {recorded}, and change settings afterwards"
     before = dict(flat_settings(yaml.safe_load(recorded.read_text(encoding="utf-8"))))
     now = dict(flat_settings(config))
-    missing = object()
-    differing = [key for key in dict.fromkeys([*now, *before]) if now.get(key, missing) != before.get(key, missing)]
+    nothing = object()
+    differing = [key for key in dict.fromkeys([*now, *before]) if now.get(key, nothing) != before.get(key, nothing)]
     differing = [key for key in differing if key not in NOT_RESULTS]
     if differing:
         key, *others = differing
         was, has = (shown(settings[key]) if key in settings else "nothing" for settings in (before, now))
         more = f" (and {len(others)} more)" if others else ""
-        yield (
-            f"{results}: made with {key} = {was}, the configuration has {has}{more}: take them over with --configfile "
-            f"{recorded}, and change settings afterwards"
-        )
+        yield f"{results}: made with {key} = {was}, the configuration has {has}{more}: {way_out}"
+    if read_slurry_table(table)[0] != list(slurries):
+        yield f"{table}: the slurries that the results were made with are not those of {config['slurries']}"
 
 
-def ends_at(run: str | Path, last_frame: int) -> bool:
-    """Whether `run`, the run.json of a DEM, says that it ended at `last_frame`."""
+def reaches(run: str | Path, last_frame: int) -> bool:
+    """Whether `run`, the run.json of a DEM, says that it got to `last_frame`."""
     try:
-        return json.loads(Path(run).read_text(encoding="utf-8"))["frames_written"] == last_frame + 1
+        return json.loads(Path(run).read_text(encoding="utf-8"))["frames_written"] > last_frame
     except (OSError, ValueError, KeyError, TypeError):
         return False

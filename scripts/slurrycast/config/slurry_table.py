@@ -21,6 +21,10 @@ class Slurry:
     seed: int
     dem: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
+    def row(self) -> dict[str, str | float]:
+        """Cells of its row in a slurry table."""
+        return {name: value for name, value in dataclasses.asdict(self).items() if name != "dem"}
+
 
 def _cell(text: str, rule: Mapping) -> str | int | float:
     """The value of a cell; text that is no number stays text, which the schema then refuses."""

@@ -5,6 +5,7 @@ import glob
 import hashlib
 import io
 import os
+import re
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -141,14 +142,22 @@ def check_unchanged(path: str | Path) -> None:
 
 
 def damaged_files(folder: str | Path) -> Iterator[str]:
-    """Yield a line for each file at any depth of `folder` that `check_unchanged` refuses."""
-    for kept in sorted(Path(folder).rglob(f"{CHECKSUMS}/*.sha256")):
-        path = kept.parent.with_name(kept.stem)
+    """Yield a line for each output at any depth of `folder` that `check_unchanged` refuses, and one for all that it
+    cannot tell since their checksums are missing. Left out are logs and work folders."""
+    without, aside = [], re.compile(rf"logs|{re.escape(CHECKSUMS)}|work.*|.*_work")
+    for path in sorted(Path(folder).rglob("*")):
+        folders = path.relative_to(folder).parts[:-1]
+        if any(map(aside.fullmatch, folders)) or path.name.startswith(".") or not path.is_file():
+            continue
         try:
-            if path.exists():  # of a temporary file only the checksum stays
-                check_unchanged(path)
+            check_unchanged(path)
         except InputError as error:
             yield str(error)
+        if not _checksum_file(path).exists():
+            without.append(path)
+    if without:
+        more = f" (and {len(without) - 1} more files)" if without[1:] else ""
+        yield f"{without[0]}{more}: no checksum in {CHECKSUMS}/ beside it: copy these hidden folders too"
 
 
 def write_text(path: str | Path, text: str) -> None:
