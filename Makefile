@@ -8,17 +8,28 @@ CORES ?= 2
 WORKERS ?= 2
 BIN := .venv/bin
 
-# What is set for other programs: where Python looks for modules, and where pip installs.
+# What is set for other programs: where Python looks for modules, and what pip installs where. Only how pip reaches packages
+# counts here too.
 unexport $(filter-out PYTHON,$(filter PYTHON%,$(.VARIABLES))) \
-	PIP_USER PIP_TARGET PIP_PREFIX PIP_ROOT PIP_PYTHON PIP_NO_DEPS PIP_DRY_RUN
+	$(filter-out $(addprefix PIP_,INDEX_URL PYPI_URL EXTRA_INDEX_URL NO_INDEX FIND_LINKS TRUSTED_HOST CERT CLIENT_CERT PROXY \
+	KEYRING_PROVIDER TIMEOUT DEFAULT_TIMEOUT RETRIES CACHE_DIR NO_CACHE_DIR CONFIG_FILE),$(filter PIP_%,$(.VARIABLES)))
 INSTALL := -m pip install --quiet --disable-pip-version-check --no-user
 # A container may run under a number without name or home folder.
-HOME ?= $(CURDIR)/.venv
+ifeq ($(strip $(HOME)),)
+HOME := $(CURDIR)/.venv
+endif
 export HOME
 
-# An environment holds its own path and that of its Python: --clear unless both are right, to make it anew.
-clear = $(shell [ -x $(1)/bin/python ] && grep -qsF -- " $$(cd $(1) && pwd -P)" $(1)/pyvenv.cfg || echo --clear)
-.PHONY: $(if $(call clear,.venv),.venv/installed) $(if $(call clear,.venv-slurm),.venv-slurm/installed)
+# Why an environment is to be made: `new`, or what is wrong with the one there. Its programs hold the path that it was made
+# with, which venv notes. Other tools, such as uv and virtualenv, do not: what they made is kept, and may lack pip.
+why = $(shell [ -d $(1) ] || { echo new; exit; }; [ -x $(1)/bin/python ] || { echo its Python is gone; exit; }; \
+	path=$$(sed -n 's|^command = .* /|/|p' $(1)/pyvenv.cfg 2>/dev/null); \
+	[ -z "$$path" ] || [ "$$path" -ef $(1) ] || echo it was made in another folder)
+python = $(if $(call why,$(1)),$(PYTHON),$(1)/bin/python)
+note = $(if $(filter-out new,$(call why,$(1))),echo "$(1) is made anew: $(call why,$(1))")
+environment = $(if $(call why,$(1)),$(PYTHON) -m venv $(if $(filter-out new,$(call why,$(1))),--clear) $(1),$\
+	$(1)/bin/python -m pip --version >/dev/null 2>&1 || $(1)/bin/python -m ensurepip)
+.PHONY: $(if $(call why,.venv),.venv/installed) $(if $(call why,.venv-slurm),.venv-slurm/installed)
 
 .PHONY: demo test test-full test-slurm torture lint reference tables clean-venv
 
@@ -81,12 +92,14 @@ tables: .venv/installed
 	PYTHONPATH=scripts $(BIN)/python docs/tables.py
 
 .venv/installed: envs/requirements.txt envs/constraints.txt pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { \
+	@command -v $(call python,.venv) >/dev/null || { \
 		echo "error: $(PYTHON) is not on PATH; Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
-		echo "error: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; \
-		exit 1; }
-	$(PYTHON) -m venv $(call clear,.venv) .venv
+	@python="$(call python,.venv)"; $$python -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
+		[ "$$python" = "$(PYTHON)" ] || remedy="make clean-venv, then "; \
+		echo "error: $$python is $$($$python --version 2>&1); Python 3.11 to 3.13 is needed:" \
+			"$${remedy}make PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@$(call note,.venv)
+	$(call environment,.venv)
 	$(BIN)/python $(INSTALL) -r envs/requirements.txt
 	@[ -x $(BIN)/snakemake ] || { \
 		echo "error: pip did not install into .venv: its configuration says elsewhere ($(BIN)/pip config list)" >&2; exit 1; }
@@ -100,7 +113,8 @@ tables: .venv/installed
 	@touch $@
 
 .venv-slurm/installed: envs/requirements.txt envs/requirements-test.txt envs/requirements-slurm.txt envs/constraints.txt
-	$(PYTHON) -m venv $(call clear,.venv-slurm) .venv-slurm
+	@$(call note,.venv-slurm)
+	$(call environment,.venv-slurm)
 	.venv-slurm/bin/python $(INSTALL) -r envs/requirements-test.txt -r envs/requirements-slurm.txt
 	@touch $@
 

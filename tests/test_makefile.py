@@ -10,15 +10,18 @@ import pytest
 from configurations import ROOT
 
 PYTHON = """#!/bin/sh
-echo "$@ user=$PIP_USER target=$PIP_TARGET path=$PYTHONPATH index=$PIP_INDEX_URL home=$HOME" >>calls
+pip=$(env | grep ^PIP_ | sort | tr '\n' ' ')
+echo "$@ user: ${pip}path=$PYTHONPATH home=$HOME" >>calls
+case "$* " in "-m pip --version "*) exit 1;; esac
 if [ "$2" = venv ]; then
     for folder; do :; done
     case "$*" in *--clear*) rm -rf "$folder";; esac
     mkdir -p "$folder/bin" "$folder/lib/python3.11/site-packages"
-    pwd -P >"$folder/lib/python3.11/site-packages/__editable__.slurrycast-0.1.0.pth"
     cp "$0" "$folder/bin/python"
-    touch "$folder/bin/snakemake"; chmod +x "$folder/bin/snakemake"
     echo "command = $0 ${*% *} $(pwd -P)/$folder" >"$folder/pyvenv.cfg"
+elif [ "$3" = install ]; then
+    cp "$0" .venv/bin/snakemake
+    pwd -P >.venv/lib/python3.11/site-packages/__editable__.slurrycast-0.1.0.pth
 fi
 """
 
@@ -36,43 +39,68 @@ def project(tmp_path) -> Path:
     return folder
 
 
-def calls(folder: Path, **variables: str) -> list[str]:
-    """How Python was called by `make .venv/installed`."""
+def make(folder: Path, **variables: str) -> tuple[list[str], str]:
+    """How Python was called by `make .venv/installed`, and what make printed."""
     (folder / "calls").unlink(missing_ok=True)
     command = ["make", ".venv/installed", f"PYTHON={folder.parent / 'python3'}"]
-    environ = {name: value for name, value in os.environ.items() if name != "HOME"}
+    environ = {name: value for name, value in os.environ.items() if not name.startswith(("HOME", "PIP_"))}
     done = subprocess.run(command, cwd=folder, env=environ | variables, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    return (folder / "calls").read_text().splitlines() if (folder / "calls").exists() else []
+    calls = (folder / "calls").read_text().splitlines() if (folder / "calls").exists() else []
+    return calls, done.stdout
 
 
-def test_pip_installs_into_the_environment_whatever_the_user_has_set(project):
-    user = {"PIP_USER": "1", "PIP_TARGET": "/none", "PYTHONPATH": "/none", "PIP_INDEX_URL": "https://a.b"}
-    installs = [call for call in calls(project, **user) if "pip install" in call]
+@pytest.mark.parametrize("home", [{}, {"HOME": ""}, {"HOME": " "}])
+def test_pip_installs_into_the_environment_whatever_the_user_has_set(project, home):
+    what = ("USER", "TARGET", "CONSTRAINT", "REQUIREMENT", "REQUIRE_HASHES", "NO_BINARY", "PLATFORM", "HOME", "PREFIX")
+    user = {f"PIP_{name}": "/none" for name in what} | {"PYTHONPATH": "/none"}
+    whence = {"PIP_INDEX_URL": "https://a.b", "PIP_NO_CACHE_DIR": "1"}
+    calls, _ = make(project, **user, **whence, **home)
+    installs = [call for call in calls if "pip install" in call]
     assert len(installs) == 2
-    expected = f"user= target= path= index=https://a.b home={project}/.venv"
+    expected = f" user: PIP_INDEX_URL=https://a.b PIP_NO_CACHE_DIR=1 path= home={project}/.venv"
     assert all("--no-user" in call and call.endswith(expected) for call in installs)
 
 
 def test_the_path_of_the_package_is_relative(project):
     """An absolute one that is not ASCII stops any Python in a locale such as C."""
-    calls(project)
+    make(project)
     (path,) = project.glob(".venv/lib/python3*/site-packages/*.pth")
     assert (path.parent / path.read_text().strip()).resolve() == project / "scripts"
     assert path.read_text().isascii()
 
 
-def test_an_environment_that_was_moved_or_lost_its_python_is_made_anew(project):
-    def made() -> list[str]:
-        return [call.split(" user=")[0] for call in calls(project) if "-m venv" in call]
+def made(folder: Path) -> list[str]:
+    """How `make` made .venv or pip in it, and what it said about that."""
+    calls, printed = make(folder)
+    said = [line for line in printed.splitlines() if "anew" in line]
+    return said + [call.split(" user:")[0] for call in calls if "-m venv" in call or "ensurepip" in call]
 
-    anew = ["-m venv --clear .venv"]
-    assert made() == anew
-    assert made() == []
+
+def test_an_environment_that_was_moved_or_lost_its_python_is_made_anew(project):
+    assert [" ".join(call.split()) for call in made(project)] == ["-m venv .venv"]
+    assert made(project) == []
+    project.rename(project.with_name("renamed")).rename(project)
+    assert made(project) == []
     project = project.rename(project.with_name("another folder"))
-    assert made() == anew
-    assert made() == []
+    assert made(project) == [".venv is made anew: it was made in another folder", "-m venv --clear .venv"]
+    assert made(project) == []
     (project / ".venv" / "bin" / "python").unlink()
-    assert made() == anew
-    os.utime(project / ".venv" / "installed", (0, 0))  # newer requirements are put into the environment as it is
-    assert [" ".join(call.split()) for call in made()] == ["-m venv .venv"]
+    assert made(project) == [".venv is made anew: its Python is gone", "-m venv --clear .venv"]
+    (project / ".venv").rename(project.with_name("elsewhere"))  # as on a file system with more space
+    (project / ".venv").symlink_to(project.with_name("elsewhere"))
+    assert made(project) == []
+
+
+def test_an_environment_of_another_tool_is_kept(project):
+    """It gets pip, if it has none, and the packages."""
+    (project / ".venv" / "bin").mkdir(parents=True)
+    shutil.copy(project.parent / "python3", project / ".venv" / "bin" / "python")
+    (project / ".venv" / "lib" / "python3.11" / "site-packages").mkdir(parents=True)
+    (project / ".venv" / "bin" / "own").touch()
+    (project / ".venv" / "pyvenv.cfg").write_text("home = /usr/bin\nimplementation = CPython\nuv = 0.5.1\n")
+    assert made(project) == ["-m ensurepip"]
+    assert (project / ".venv" / "bin" / "own").exists()
+    assert made(project) == []
+    os.utime(project / ".venv" / "installed", (0, 0))  # newer requirements
+    assert made(project) == ["-m ensurepip"]
