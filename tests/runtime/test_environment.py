@@ -68,9 +68,33 @@ def test_packages_that_are_only_in_pythonpath_are_refused(tmp_path):
     (tmp_path / "numpy" / "__init__.py").touch()
     said = output(PROCESS, os.environ | {"PYTHONPATH": str(tmp_path)}, tmp_path, python)
     assert said == f"{tmp_path}/bare: numpy is not installed there, and jobs see no PYTHONPATH: use a venv\n"
-    python.unlink()
-    said = output(PROCESS, dict(os.environ), tmp_path, python.with_name("python3"))
+
+
+@pytest.mark.parametrize("other", [None, "/bin/sh"])
+def test_a_python_that_jobs_would_not_find_is_refused(tmp_path, other):
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "bare"], check=True)
+    python3 = tmp_path / "bare" / "bin" / "python3"
+    real = python3.resolve()
+    for name in ("python", "python3"):
+        python3.with_name(name).unlink(missing_ok=True)
+    python3.symlink_to(real)
+    if other:
+        python3.with_name("python").symlink_to(other)
+    said = output(PROCESS, dict(os.environ), tmp_path, python3)
     assert said.startswith(f"{tmp_path}/bare/bin: no `python` beside the Python that runs Snakemake")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("content", [b"font.family: Fu\xdfnote\n", None])
+def test_settings_that_matplotlib_cannot_decode_are_refused(tmp_path, content):
+    path = tmp_path / "matplotlibrc"
+    if content is None:
+        path.mkdir()  # which matplotlib passes over
+    else:
+        path.write_bytes(content)
+    said = output(PROCESS, dict(os.environ), tmp_path)
+    refused = f"{path}: matplotlib reads it from the working directory: must be UTF-8, or lie elsewhere\n"
+    assert (said == refused) == (content is not None)
 
 
 @pytest.mark.parametrize("others", [True, False])

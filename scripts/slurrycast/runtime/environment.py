@@ -3,8 +3,10 @@
 The Snakefile asks for it each time it is parsed, also on the nodes of a cluster, so imports stay light.
 """
 
+import filecmp
 import getpass
 import os
+import shutil
 import site
 import sys
 import sysconfig
@@ -57,11 +59,16 @@ def isolate_jobs(scripts: Path, cache: Path) -> None:
     Raises
     ------
     InputError
-        If that Python is no environment that jobs can use: it has another name, or packages only in PYTHONPATH.
+        If that Python is no environment that jobs can use: it has another name, or packages only in PYTHONPATH. If
+        matplotlib cannot read its settings in the working directory.
     """
     programs = Path(sys.executable).parent
-    if not (programs / "python").exists():
-        raise InputError(f"{programs}: no `python` beside the Python that runs Snakemake, which jobs call: use a venv")
+    python = shutil.which("python", path=programs)
+    if python is None or not filecmp.cmp(python, sys.executable):  # which may be the same file, or a copy
+        raise InputError(
+            f"{programs}: no `python` beside the Python that runs Snakemake, or another, and jobs call it: use a venv"
+        )
+    _check_matplotlibrc(Path("matplotlibrc"))
     own, python_path = _folders(sysconfig.get_paths().values()), os.environ.get("PYTHONPATH", "").split(os.pathsep)
     foreign = _folders(path for path in python_path if path) - own
     sys.path[:] = [str(scripts), *(path for path in sys.path if not _folders([path]) & foreign)]
@@ -83,6 +90,17 @@ def isolate_jobs(scripts: Path, cache: Path) -> None:
         getpass.getuser()
     except (KeyError, OSError):  # in a container a user may be a number without name, and Snakemake asks for the name
         os.environ["USER"] = str(os.getuid())
+
+
+def _check_matplotlibrc(path: Path) -> None:
+    """Refuse a file with which matplotlib stops. It comes before the one that MATPLOTLIBRC names."""
+    try:
+        if path.is_file():
+            path.read_text(encoding="utf-8")
+    except (UnicodeDecodeError, OSError):
+        raise InputError(
+            f"{path.absolute()}: matplotlib reads it from the working directory: must be UTF-8, or lie elsewhere"
+        ) from None
 
 
 def _folders(paths: Iterable[str]) -> set[Path]:
