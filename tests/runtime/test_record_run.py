@@ -92,6 +92,9 @@ def test_commit_of_the_checkout_and_of_no_other(tmp_path, monkeypatch):
     # whatever a hook of git says that works on another repository
     for name in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_COMMON_DIR", "GIT_OBJECT_DIRECTORY"):
         monkeypatch.setenv(name, str(inner))
+    # and whatever is wrong in a configuration of the user
+    (tmp_path / ".gitconfig").write_text("[core\n")
+    monkeypatch.setenv("HOME", str(tmp_path))
     assert provenance.git_commit(outer) == f"{commit}-dirty"
     if os.geteuid() == 0:  # a checkout that another user owns, as in a container
         for path in (outer, outer / ".git"):

@@ -51,8 +51,10 @@ def git_commit(folder: Path = ROOT) -> str:
     command += ["describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     environ = dict(os.environ)
     remove(environ, "GIT_*")  # in a hook of git they name the repository that it works on
-    # a folder that lies in the checkout of something else is not that one's
-    environ["GIT_CEILING_DIRECTORIES"] = str(folder.parent)
+    # A folder that lies in the checkout of something else is not that one's. No setting of the user counts: one that is
+    # wrong would stop git.
+    environ |= {"GIT_CEILING_DIRECTORIES": str(folder.parent)}
+    environ |= {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"}
     try:
         return subprocess.run(command, env=environ, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
