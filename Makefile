@@ -20,16 +20,14 @@ HOME := $(CURDIR)/.venv
 endif
 export HOME
 
-# Why an environment is to be made: `new`, or what is wrong with the one there. Its programs hold the path that it was made
-# with, which venv notes. Other tools, such as uv and virtualenv, do not: what they made is kept, and may lack pip.
-why = $(shell [ -d $(1) ] || { echo new; exit; }; [ -x $(1)/bin/python ] || { echo its Python is gone; exit; }; \
+# Why an environment has to be made anew, if it has: its programs hold the path that it was made with, which venv notes.
+# Other tools, such as uv, do not note it: what they made is kept.
+stale = $(shell [ ! -d $(1) ] || [ -x $(1)/bin/python ] || { echo its Python is gone; exit; }; \
 	path=$$(sed -n 's|^command = .* /|/|p' $(1)/pyvenv.cfg 2>/dev/null); \
 	[ -z "$$path" ] || [ "$$path" -ef $(1) ] || echo it was made in another folder)
-python = $(if $(call why,$(1)),$(PYTHON),$(1)/bin/python)
-note = $(if $(filter-out new,$(call why,$(1))),echo "$(1) is made anew: $(call why,$(1))")
-environment = $(if $(call why,$(1)),$(PYTHON) -m venv $(if $(filter-out new,$(call why,$(1))),--clear) $(1),$\
-	$(1)/bin/python -m pip --version >/dev/null 2>&1 || $(1)/bin/python -m ensurepip)
-.PHONY: $(if $(call why,.venv),.venv/installed) $(if $(call why,.venv-slurm),.venv-slurm/installed)
+environment = $(if $(call stale,$(1)),echo "$(1) is made anew: $(call stale,$(1))" && )$\
+	$(PYTHON) -m venv $(if $(call stale,$(1)),--clear) $(1)
+.PHONY: $(if $(call stale,.venv),.venv/installed) $(if $(call stale,.venv-slurm),.venv-slurm/installed)
 
 .PHONY: demo test test-full test-slurm torture lint reference tables clean-venv
 
@@ -92,14 +90,12 @@ tables: .venv/installed
 	PYTHONPATH=scripts $(BIN)/python docs/tables.py
 
 .venv/installed: envs/requirements.txt envs/constraints.txt pyproject.toml
-	@command -v $(call python,.venv) >/dev/null || { \
+	@command -v $(PYTHON) >/dev/null || { \
 		echo "error: $(PYTHON) is not on PATH; Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; exit 1; }
-	@python="$(call python,.venv)"; $$python -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
-		[ "$$python" = "$(PYTHON)" ] || remedy="make clean-venv, then "; \
-		echo "error: $$python is $$($$python --version 2>&1); Python 3.11 to 3.13 is needed:" \
-			"$${remedy}make PYTHON=/path/to/python3.12" >&2; exit 1; }
-	@$(call note,.venv)
-	$(call environment,.venv)
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
+		echo "error: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 to 3.13 is needed: make PYTHON=/path/to/python3.12" >&2; \
+		exit 1; }
+	@$(call environment,.venv)
 	$(BIN)/python $(INSTALL) -r envs/requirements.txt
 	@[ -x $(BIN)/snakemake ] || { \
 		echo "error: pip did not install into .venv: its configuration says elsewhere ($(BIN)/pip config list)" >&2; exit 1; }
@@ -113,8 +109,7 @@ tables: .venv/installed
 	@touch $@
 
 .venv-slurm/installed: envs/requirements.txt envs/requirements-test.txt envs/requirements-slurm.txt envs/constraints.txt
-	@$(call note,.venv-slurm)
-	$(call environment,.venv-slurm)
+	@$(call environment,.venv-slurm)
 	.venv-slurm/bin/python $(INSTALL) -r envs/requirements-test.txt -r envs/requirements-slurm.txt
 	@touch $@
 
