@@ -47,10 +47,11 @@ def processor() -> str:
 
 def lammps_says(executable: str) -> dict[str, str]:
     """Version of LAMMPS, and of the MPI it is linked to, from its own help text."""
+    launcher = Launcher(executable, "", 1)
     try:
-        said = ask(Launcher(executable, "", 1))
+        said = ask(launcher)
     except InputError:  # as where only compute nodes have it
-        said = LammpsHelp(executable, "")
+        said = LammpsHelp(launcher, "")
     return {"lammps_version": said.version, "mpi": said.mpi}
 
 

@@ -204,7 +204,7 @@ def test_small_shared_memory_is_named(folder, variables, program, monkeypatch):
     usage = shutil.disk_usage(folder)._replace(free=16 << 20)
     monkeypatch.setattr(lammps_run.shutil, "disk_usage", lambda _: usage)
     launcher = program("echo\nexit 249")  # as MPICH's launcher does then
-    says = r"code 249 \(as after signal 7, Bus error\): it printed nothing; /dev/shm, .* has only 16 MB free; log: "
+    says = r"code 249 \(as after signal 7, Bus error\): it printed nothing; /dev/shm, .* has only 16 MB free$"
     with pytest.raises(RunError, match=says):
         push_off(folder, variables, Launcher("lmp", launcher, 2))
 
@@ -241,6 +241,11 @@ def test_failure_of_lammps_is_passed_on_with_the_place_of_the_log(folder, variab
     assert "\n" not in message
 
 
+def test_launcher_that_starts_nothing_is_named(folder, variables):
+    with pytest.raises(RunError, match=r"^LAMMPS wrote no log: it printed nothing; check dem\.launcher$"):
+        push_off(folder, variables, Launcher("lmp", "true", 2))
+
+
 def test_earlier_log_is_not_mistaken_for_that_of_a_run_that_wrote_none(folder, variables):
     push_off(folder, variables)
     for executable, says in (("true", "LAMMPS wrote no log"), ("false", "ended with exit code 1")):
@@ -253,22 +258,24 @@ def test_earlier_log_is_not_mistaken_for_that_of_a_run_that_wrote_none(folder, v
     [
         (
             "echo 'libmpi.so.12: cannot open shared object file' >&2\nexit 127",
-            "LAMMPS ended with exit code 127: libmpi.so.12: cannot open shared object file; log: ",
+            "LAMMPS ended with exit code 127: libmpi.so.12: cannot open shared object file",
         ),
         # ranks other than the first one, and MPI itself, write to the screen and not to the log
-        ("echo 'ERROR on proc 1: Out of range atoms'\nexit 1", "LAMMPS: ERROR on proc 1: Out of range atoms; log: "),
-        ("echo 'out of licences'\nprintf '\\n\\n\\n\\n\\n\\n'\nexit 3", "exit code 3: out of licences; log: "),
-        ("echo\nexit 3", "LAMMPS ended with exit code 3: it printed nothing; log: "),
-        ("kill -9 $$", "LAMMPS ended with signal 9 (Killed): it printed nothing; memory may have run out; log: "),
+        ("echo 'ERROR on proc 1: Out of range atoms'\nexit 1", "LAMMPS: ERROR on proc 1: Out of range atoms"),
+        ("echo 'out of licences'\nprintf '\\n\\n\\n\\n\\n\\n'\nexit 3", "exit code 3: out of licences"),
+        ("echo\nexit 3", "LAMMPS ended with exit code 3: it printed nothing"),
+        ("kill -9 $$", "LAMMPS ended with signal 9 (Killed): it printed nothing; memory may have run out"),
         (
             "[ $1 = -h ] || { echo 'ERROR: Illegal dump_modify command'; exit 1; }\n"
             "echo 'Massively Parallel Simulator - 23 Jun 2022'",
-            "is LAMMPS 23 Jun 2022: must be 2 Aug 2023 or newer; log: ",
+            "is LAMMPS 23 Jun 2022: must be 2 Aug 2023 or newer",
         ),
+        ("exit 0", "a program' does not answer -h as LAMMPS does: it printed nothing"),
+        ("[ $1 = -h ] && exit 1\necho 'no licence'", "LAMMPS wrote no log: no licence"),
     ],
 )
 def test_words_that_only_the_screen_shows_are_passed_on(folder, variables, program, text, says):
-    with pytest.raises(RunError, match=re.escape(says)):
+    with pytest.raises(RunError, match=re.escape(says) + "$"):  # and no log that was not written
         push_off(folder, variables, Launcher(program(text), "mpiexec", 1))
 
 
@@ -282,7 +289,7 @@ def test_what_lammps_does_not_say_is_added(folder, variables, tmp_path, program,
     monkeypatch.setattr(lammps_run.shutil, "disk_usage", lambda _: usage)
     with pytest.raises(RunError) as error:
         push_off(folder, variables, Launcher(failing, "mpiexec", 1))
-    assert str(error.value) == f"LAMMPS: ERROR: Unexpected end of data file{cause}; log: {folder / 'push_off.log'}"
+    assert str(error.value) == f"LAMMPS: ERROR: Unexpected end of data file{cause}"
 
 
 def test_executable_may_be_given_relative_to_the_project(folder, variables, tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ OF_SRUN = ("SLURM_PROCID", "SLURM_NTASKS", "SLURM_STEP_ID", "SLURM_STEPID", "SLU
 OF_A_SITE = ("OMPI_MCA_btl", "PMIX_MCA_gds")
 
 
-@pytest.mark.parametrize(("ranks", "left"), [(1, ()), (2, (*OF_SRUN, *OF_A_SITE))])
+@pytest.mark.parametrize(("ranks", "left"), [(1, OF_A_SITE), (2, (*OF_SRUN, *OF_A_SITE))])
 def test_variables_of_an_outer_launcher_do_not_reach_lammps(ranks, left):
     variables = OF_THE_USER | dict.fromkeys((*OF_MPICH, *OF_OTHERS, *OF_SRUN, *OF_A_SITE), "1")
     found = Launcher("true", "mpiexec", ranks).environment(variables)

@@ -23,6 +23,7 @@ def project(tmp_path_factory):
     [
         ("./old_lmp", "dem.executable: './old_lmp' is LAMMPS 23 Jun 2022: must be 2 Aug 2023 or newer"),
         ("no_lmp", "dem.executable: 'no_lmp' is not on PATH; give the name or path of an existing program"),
+        ("true", "dem.executable: 'true' does not answer -h as LAMMPS does: it printed nothing"),
         ("false", "dem.executable: 'false' -h ended with exit code 1: it printed nothing"),
     ],
 )
@@ -31,6 +32,14 @@ def test_unfit_lammps_is_refused_before_any_job(project, executable, says):
     files = ("--configfile", "config/tiny.yaml", "own.yaml")
     said = snakemake(project, "slurries", *files, fails=True)
     assert said.count(says) == 1
+    assert "Traceback" not in said
+    assert not (project / "results").exists()
+
+
+def test_ranks_without_a_launcher_are_refused_before_any_job(project):
+    settings = ("--configfile", "config/tiny.yaml", "--set-resources", "run_slurry:tasks=2")
+    said = snakemake(project, "slurries", *settings, fails=True)
+    assert said.count("dem.launcher: '' is no command; give a program, with options if it needs some") == 1
     assert "Traceback" not in said
     assert not (project / "results").exists()
 

@@ -15,7 +15,7 @@ import psutil
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.lammps_help import ask
-from slurrycast.runtime.programs import Launcher, ended_by, ending, shared_memory_cause
+from slurrycast.runtime.programs import Launcher, ended_by, ending, last_words, shared_memory_cause
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
 DISK_FULL_BYTES = 1 << 20
@@ -114,11 +114,15 @@ def run_lammps(
             with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
                 _end(process, launcher.ranks)
             raise
+    place = f"; log: {folder / log}" if (folder / log).exists() else ""
     if error:  # of any rank; the log holds those of the first one
-        raise RunError(f"LAMMPS: {error}{_cause(folder, launcher)}; log: {folder / log}")
+        raise RunError(f"LAMMPS: {error}{_cause(folder, launcher)}{place}")
     if process.returncode:
         how = ending(process.returncode, tail) + _cause(folder, launcher, process.returncode)
-        raise RunError(f"LAMMPS ended with {how}; log: {folder / log}")
+        raise RunError(f"LAMMPS ended with {how}{place}")
+    if not place:
+        cause = _cause(folder, launcher) or ("; check dem.launcher" if launcher.ranks > 1 else "")
+        raise RunError(f"LAMMPS wrote no log: {last_words(tail)}{cause}")
     result = read_log(folder / log)
     if result.ranks != launcher.ranks:
         raise RunError(

@@ -44,12 +44,12 @@ class Launcher:
     def environment(self, variables: Mapping[str, str] = os.environ) -> dict[str, str]:
         """Variables for that command: `variables` without what another launcher left there that started this process.
 
-        LAMMPS would take itself for a rank of that one, whose other end is not there. A launcher of our own needs what
-        Slurm says of the step that it runs in, and the settings of its site; one rank needs neither.
+        LAMMPS would take itself for a rank of that one, whose other end is not there. The settings of a site stay. A
+        launcher of our own needs what Slurm says of the step that it runs in, too; one rank does not.
         """
         left = dict(variables)
         for name in variables:
-            if self.ranks > 1 and _OF_A_SITE.match(name):
+            if _OF_A_SITE.match(name):
                 continue
             if _OF_A_RANK.match(name) or (self.ranks == 1 and _OF_A_STEP.match(name)):
                 del left[name]
@@ -62,7 +62,10 @@ class Launcher:
 def _resolved(key: str, command: str) -> list[str]:
     """Program, with its full path since LAMMPS is started from another folder, and options of `command`."""
     # a program, whose path may hold spaces, or a program with options of its own
-    program, *options = [command] if shutil.which(command) else shlex.split(command)
+    try:
+        program, *options = [command] if shutil.which(command) else shlex.split(command)
+    except ValueError:  # no word at all, or a quotation mark that stands alone
+        raise InputError(f"{key}: {command!r} is no command; give a program, with options if it needs some") from None
     path = shutil.which(program)
     if path is None:
         raise InputError(f"{key}: {program!r} is not on PATH; give the name or path of an existing program")
@@ -99,9 +102,14 @@ def ending(code: int, lines: Iterable[str]) -> str:
     if number := ended_by(code):
         name = signal.strsignal(number) or "unknown"
         how += f" ({name})" if code < 0 else f" (as after signal {number}, {name})"
+    return f"{how}: {last_words(lines)}"
+
+
+def last_words(lines: Iterable[str]) -> str:
+    """The last of the `lines` that a program printed, on one line, never nothing."""
     # launchers frame what they say with blank lines and rows of signs
     words = [" ".join(line.split()) for line in lines if any(character.isalnum() for character in line)]
-    return f"{how}: {' '.join(words[-5:])[-300:] or 'it printed nothing'}"
+    return " ".join(words[-5:])[-300:] or "it printed nothing"
 
 
 def shared_memory_cause(ranks: int) -> str:
