@@ -148,7 +148,7 @@ def too_long(step: str, share: str, name: str, time_us: str, most_us: str, most:
 
 
 CONFLICTS = [
-    ("slurries", "config/none.tsv", "config/none.tsv: cannot be read: No such file or directory"),
+    ("slurries", "/none.tsv", "/none.tsv: cannot be read: No such file or directory"),
     # particles, fractions and boxes that cannot be
     ("formulation.unit_mass_pg", 170, too_short("3.255", "3.6", "1.65", "0.15", 2)),
     (

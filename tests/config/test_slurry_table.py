@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from configurations import HEADER, read_slurries
+from configurations import HEADER, ROOT, read_slurries
 from slurrycast.config.configuration import check
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
@@ -77,16 +77,22 @@ def test_bad_table(config, text, line):
 @pytest.mark.parametrize(
     ("path", "reason"),
     [
-        ("missing.tsv", "No such file or directory"),
+        ("missing.tsv", f"neither in {{folder}} nor in {ROOT}"),
+        ("/no/such.tsv", "No such file or directory"),
         ("config", "Is a directory"),
         ("x" * 5000, "File name too long"),
         ("utf16.tsv", "'utf-8' codec can't decode byte 0xff in position 0: invalid start byte"),
         ("nul\0", "embedded null byte"),
     ],
 )
-def test_table_that_is_no_text_or_no_file(path, reason):
+def test_table_that_is_no_text_or_no_file(path, reason, tmp_path):
     Path("utf16.tsv").write_text(HEADER, encoding="utf-16")
-    assert read_slurry_table(path) == ([], [f"{path}: cannot be read: {reason}"])
+    assert read_slurry_table(path) == ([], [f"{path}: cannot be read: {reason.format(folder=tmp_path)}"])
+
+
+def test_table_that_is_not_in_the_project_where_this_is_the_working_directory(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert read_slurry_table("no.tsv") == ([], [f"no.tsv: cannot be read: not in {ROOT}"])
 
 
 @pytest.mark.parametrize("column", ["mass_units", "thickness_ratio"])

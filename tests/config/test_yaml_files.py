@@ -70,22 +70,27 @@ def test_files_of_the_project_have_no_problems():
 
 
 SEVERAL = "--configfile and --config take several values: write targets before them, or `--` between"
+PAIR = "must be KEY=VALUE such as 'run={name: x}'"
 # words behind snakemake, the lines
 BAD_CALLS = {
     "--configfile good.yaml evaluation": ["evaluation: cannot be read: No such file or directory", SEVERAL],
     "--cores 2 --configfile none.yaml -n": ["none.yaml: cannot be read: No such file or directory"],
     "--configfile bad.yaml --cores 2": ["bad.yaml: no keys at the top level: must hold sections such as `run:`"],
     "--configfiles=.": [".: cannot be read: Is a directory"],
-    "--config run={} slurries": ["--config slurries: must be KEY=VALUE", SEVERAL],
+    "--configfile good.yaml frames.h5": ["frames.h5 line 1: byte 0x89 is not UTF-8: must be saved as UTF-8", SEVERAL],
+    "--config run={} slurries": [f"--config slurries: {PAIR}", SEVERAL],
+    "-C run.name=x": [f"--config run.name=x: {PAIR}"],
+    "-C a=1": [f"--config a=1: {PAIR}"],
 }
 GOOD_CALLS = ["", "evaluation --configfile good.yaml", "--configfile good.yaml good.yaml -n evaluation"]
-GOOD_CALLS += ["--configfile good.yaml -- evaluation", "-C a=1 b=2 --cores 2", "--configfile /dev/null"]
+GOOD_CALLS += ["--configfile good.yaml -- evaluation", "-C run={} n-1= --cores 2", "--configfile /dev/null"]
 
 
 def test_words_behind_snakemake(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("good.yaml").write_text("run: {name: a}\n")
     Path("bad.yaml").touch()
+    Path("frames.h5").write_bytes(b"\x89HDF")
     for call in GOOD_CALLS:
         refuse_bad_call(call.split())
     for call, lines in BAD_CALLS.items():

@@ -50,6 +50,10 @@ def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
             text = Path(path).read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             text = (ROOT / path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        folders = [str(folder) for folder in dict.fromkeys((Path.cwd(), ROOT))]
+        searched = f"neither in {folders[0]} nor in {folders[1]}" if len(folders) > 1 else f"not in {folders[0]}"
+        return [], [f"{path}: cannot be read: {error.strerror if Path(path).is_absolute() else searched}"]
     except (OSError, ValueError) as error:
         return [], [f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"]
     reader = csv.reader(text.splitlines(), delimiter="\t")

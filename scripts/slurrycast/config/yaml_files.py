@@ -8,6 +8,7 @@ are opened before the Snakefile: the profiles in profiles/, which are read earli
 import argparse
 import json
 import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -83,15 +84,19 @@ def file_problems(path: str | Path) -> list[str]:
 
 
 def refuse_bad_call(words: Sequence[str]) -> None:
-    """End a call of snakemake with these words, with a line for each problem behind --configfile and --config."""
+    """End a call of snakemake with these words, with a line for each problem behind --configfile and --config.
+
+    What other options take, Snakemake has read before it reads a profile.
+    """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", type=Path, default=[])
     parser.add_argument("--config", "-C", nargs="*", default=[])
     called, _ = parser.parse_known_args(words)
-    strays = [printable(word) for word in called.config if "=" not in word]
-    lines = [line for file in called.configfile for line in file_problems(file)]
-    lines += [f"--config {word}: must be KEY=VALUE" for word in strays]
-    if strays or any(not file.exists() for file in called.configfile[1:]):
+    problems = [file_problems(file) for file in called.configfile]
+    strays = [word for word in called.config if not re.match(r"[a-zA-Z_][\w-]*\w=", word)]  # Snakemake's own pattern
+    lines = [line for lines_of_file in problems for line in lines_of_file]
+    lines += [f"--config {printable(word)}: must be KEY=VALUE such as 'run={{name: x}}'" for word in strays]
+    if any(problems[1:]) or any("=" not in word for word in strays):
         lines.append("--configfile and --config take several values: write targets before them, or `--` between")
     if lines:
         sys.exit("\n".join([*lines, "Nothing was run."]))
