@@ -33,7 +33,7 @@ include: "workflow/rules/evaluation/cost.smk"
 include: "workflow/rules/evaluation/uncertainty.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/earlier_results.smk"
+include: "workflow/rules/preflight.smk"
 
 
 # The only one, since a further one would replace it. Snakemake leaves it out in a dry-run.

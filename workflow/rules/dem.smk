@@ -8,29 +8,6 @@ OUTPUTS:
     dem/{slurry}/dump.lammpstrj (temporary), frame_<k>.restart, lammps.log, thermo.csv, run.json
 """
 
-from snakemake.settings.types import DeploymentMethod
-
-from slurrycast.runtime import lammps_help
-from slurrycast.runtime.files import InputError
-from slurrycast.runtime.programs import Launcher
-
-
-def check_lammps():
-    """Refuse a LAMMPS too old for the planned jobs or without a style; one that only other nodes have is left to them."""
-    if workflow.touch:
-        return
-    deploys = DeploymentMethod.CONDA in workflow.deployment_settings.deployment_method
-    planned = [job.resources for job in workflow.dag.needrun_jobs() if job.resources.get("executable")]
-    for executable, mpi, tasks in sorted({(job.executable, job.mpi, job.tasks) for job in planned}):
-        if deploys and not os.path.isabs(executable):
-            continue  # jobs find it in an environment of their own
-        try:
-            problem = lammps_help.ask(Launcher(executable, mpi, 1 if workflow.non_local_exec else tasks)).problem()
-        except InputError as error:
-            problem = None if workflow.non_local_exec else str(error)
-        if problem:
-            raise WorkflowError(problem, "Nothing was run.")
-
 
 rule generate_inputs:
     """Place the particles of a slurry and write the LAMMPS inputs."""

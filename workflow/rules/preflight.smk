@@ -1,16 +1,21 @@
-"""Before the first job: results that are there already are not deleted by accident, and not taken over damaged.
+"""Checks before the first job, when it is known what is to be run: of earlier results, and of LAMMPS.
 
 Snakemake deletes the outputs of a job when it starts it. Among its reasons are some that need not concern the results:
 files with newer times, or records of earlier jobs that are missing since `.snakemake` was not copied.
 
 REQUIRED INPUTS:
-    config[run][overwrite]
+    config[run][overwrite], config[dem]
     all files in the results folder of the run
 
 OUTPUTS: none
 """
 
+from snakemake.settings.types import DeploymentMethod
+
 from slurrycast.config import earlier_results
+from slurrycast.runtime import lammps_help
+from slurrycast.runtime.files import InputError
+from slurrycast.runtime.programs import Launcher
 
 
 def is_finished_dem(job):
@@ -58,3 +63,20 @@ def check_earlier_results():
                 f"--forceall; to make them again, {again}",
                 "Nothing was run.",
             )
+
+
+def check_lammps():
+    """Refuse a LAMMPS too old for the planned jobs or without a style; one that only other nodes have is left to them."""
+    if workflow.touch:
+        return
+    deploys = DeploymentMethod.CONDA in workflow.deployment_settings.deployment_method
+    planned = [job.resources for job in workflow.dag.needrun_jobs() if job.resources.get("executable")]
+    for executable, mpi, tasks in sorted({(job.executable, job.mpi, job.tasks) for job in planned}):
+        if deploys and not os.path.isabs(executable):
+            continue  # jobs find it in an environment of their own
+        try:
+            problem = lammps_help.ask(Launcher(executable, mpi, 1 if workflow.non_local_exec else tasks)).problem()
+        except InputError as error:
+            problem = None if workflow.non_local_exec else str(error)
+        if problem:
+            raise WorkflowError(problem, "Nothing was run.")
