@@ -7,9 +7,9 @@ value (empty if it never is), last_input_density_g_cm3 the density of the DEM at
 share of the coordinates at that frame beyond the range that those of the training slurries have there on the same axis,
 predicted_volume_error and relaxed_volume_error the volume of the box over that of the DEM's end less 1, and
 coordinate_volume_error the same for the box that follows from the predicted coordinates by their least-squares scale,
-whatever rule gave the predicted box. And a table of one row: exponent b of shrink time = a particles^b by least
-squares of the logarithms over all slurries that shrink so far, its standard error, their number, and the exponent of
-the damping time in mass that they were run with.
+whatever rule gave the predicted box. And a table of one row: the barostat, the exponent b of shrink time = a
+particles^b by least squares of the logarithms over all slurries that shrink so far, its standard error, and their
+number.
 """
 
 import json
@@ -31,12 +31,12 @@ FROM_EQUILIBRIUM = ["role", "mass_units", "thickness_ratio", "particles"]
 
 
 def shrinking(runs: list[Path], thermos: list[Path], equilibrium: pd.DataFrame) -> pd.DataFrame:
-    """Properties of the DEM of each slurry, by its id: FROM_EQUILIBRIUM, pressure_damping_us, shrink_time_us."""
+    """Properties of the DEM of each slurry, by its id: FROM_EQUILIBRIUM, barostat, shrink_time_us."""
     rows = {}
     for run_path, thermo_path in zip(runs, thermos, strict=True):
         run, thermo = json.loads(run_path.read_text(encoding="utf-8")), read_table(thermo_path)
         rows[run["slurry"]] = {
-            "pressure_damping_us": run["physics"]["dem"]["pressure_damping_us"],
+            "barostat": run["physics"]["dem"]["barostat"],
             "shrink_time_us": shrink_time_us(thermo.time_us.to_numpy(), thermo.lx_um.to_numpy()),
         }
     known = equilibrium.set_index("slurry")[FROM_EQUILIBRIUM]
@@ -46,12 +46,11 @@ def shrinking(runs: list[Path], thermos: list[Path], equilibrium: pd.DataFrame) 
 
 
 def clock(slurries: pd.DataFrame) -> pd.DataFrame:
-    """Table of the fitted exponents, from what `shrinking` returns."""
+    """Table of the fitted exponent, from what `shrinking` returns."""
     shrunk = slurries.dropna(subset=["shrink_time_us"])
     exponent, standard_error = power_law(shrunk.particles.to_numpy(), shrunk.shrink_time_us.to_numpy())
-    damping_exponent, _ = power_law(shrunk.mass_units.to_numpy(), shrunk.pressure_damping_us.to_numpy())
-    row = {"slurries": len(shrunk), "exponent": exponent, "standard_error": standard_error}
-    return pd.DataFrame([row | {"damping_exponent": damping_exponent}])
+    row = {"barostat": slurries.barostat.iloc[0], "slurries": len(shrunk), "exponent": exponent}
+    return pd.DataFrame([row | {"standard_error": standard_error}])
 
 
 def coordinate_range_um(stores: list[FrameStore], frame: int) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +85,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--last-input-frame", "number of the last input frame", type=int)
     parser.add_value("--target-frame", "number of the final DEM frame", type=int)
     parser.add_output("--table", "table of surrogates and slurries (CSV)")
-    parser.add_output("--clock", "table of the fitted exponents (CSV)")
+    parser.add_output("--clock", "table of the fitted exponent (CSV)")
     parser.as_many_of_each("run_json", "thermo")
     parser.as_many_of_each("predicted", "relaxed")
 
@@ -125,8 +124,8 @@ def main(args: Namespace) -> None:
         write_text(args.clock, fitted.to_csv(index=False, float_format="%.6f"))
     row = fitted.iloc[0]
     print(
-        f"shrink time ~ particles^{row.exponent:.3f} +- {row.standard_error:.1g} over {row.slurries:.0f} slurries, "
-        f"damping time ~ mass^{row.damping_exponent:.3f}"
+        f"{row.barostat}: shrink time ~ particles^{row.exponent:.3f} +- {row.standard_error:.1g} over "
+        f"{row.slurries:.0f} slurries"
     )
 
 

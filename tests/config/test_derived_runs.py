@@ -32,13 +32,3 @@ def test_timestep_runs_end_at_the_same_time_with_the_same_frames(config, slurrie
         assert dem["thermo_every_steps"] * dem["timestep_us"] == pytest.approx(1)
         assert dem["frames"] == config["dem"]["frames"]
         assert dem["steps"] % (dem["frames"] - 1) == 0
-
-
-def test_damping_time_for_the_mass_of_a_slurry(config):
-    one, five = (Slurry(f"{units}", "test", units, 2.0, 1) for units in (1, 5))
-    damping_us = config["dem"]["pressure_damping_us"]
-    assert physics(config, five)["dem"]["pressure_damping_us"] == damping_us
-    config["dem"]["pressure_damping_exponent"] = -0.3
-    assert physics(config, one)["dem"]["pressure_damping_us"] == damping_us
-    assert physics(config, five)["dem"]["pressure_damping_us"] == pytest.approx(damping_us * 5**-0.3)
-    assert "pressure_damping_exponent" not in physics(config, one)["dem"]

@@ -22,7 +22,7 @@ def energies_fj(folder: Path, launcher: Launcher, variables: dict, monkeypatch) 
     for script in ("push_off", "start"):
         run_lammps(launcher, f"{script}.lmp", variables, folder, f"{script}.log")
     lines = (lammps_run.SCRIPTS / "slurry.lmp").read_text().splitlines()
-    before_the_barostat = lines[: next(i for i, line in enumerate(lines) if line.startswith("fix "))]
+    before_the_barostat = lines[: next(i for i, line in enumerate(lines) if line.startswith("if "))]
     script = [*before_the_barostat, "thermo_style custom step pe ke", "thermo_modify format float %.15g", "run 0"]
     (folder / "energies.lmp").write_text("\n".join(script) + "\n")
     with monkeypatch.context() as patch:

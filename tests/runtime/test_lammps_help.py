@@ -115,5 +115,5 @@ def test_styles_are_those_of_the_scripts():
     pairs = re.findall(r"^pair_style +(.*)", text, re.MULTILINE)
     found["pair"] = {word for line in pairs for word in line.split() if re.match(r"[a-z]", word)}
     for kind in ("fix", "compute", "dump"):
-        found[kind] = set(re.findall(rf"^{kind} +\S+ +\S+ +(\S+)", text, re.MULTILINE))
+        found[kind] = set(re.findall(rf'(?:^|"){kind} +\S+ +\S+ +(\S+)', text, re.MULTILINE))
     assert found == {kind: set(styles) for kind, styles in STYLES.items()}

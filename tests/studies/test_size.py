@@ -47,11 +47,11 @@ def cube(edge_um: float, number: int, reach_um: float) -> Frame:
     return frame(number, position_um, np.full(3, edge_um))
 
 
-def dem_files(folder: Path, slurry: str, mass: float, shrink_us: float, damping_us: float, reach_um: float) -> dict:
+def dem_files(folder: Path, slurry: str, shrink_us: float, reach_um: float) -> dict:
     """Files of a slurry whose edge falls at a constant rate to 0.5 in twice the shrink time."""
     thermo, run = folder / f"{slurry}_thermo.csv", folder / f"{slurry}_run.json"
     pd.DataFrame({"time_us": [0.0, 2 * shrink_us], "lx_um": [8.0, 4.0]}).to_csv(thermo, index=False)
-    run.write_text(json.dumps({"slurry": slurry, "physics": {"dem": {"pressure_damping_us": damping_us}}}))
+    run.write_text(json.dumps({"slurry": slurry, "physics": {"dem": {"barostat": "npt"}}}))
     frames = [cube(LAST_INPUT_EDGE_UM, 1, reach_um), cube(DEM_END_EDGE_UM, 2, reach_um)]
     return {
         "run_json": run,
@@ -65,10 +65,7 @@ def study(tmp_path) -> dict:
     """Options of compare_sizes.py for two training slurries, one validation slurry and one larger test slurry."""
     sizes = {"T1": (1.0, "train", 2.0), "T2": (2.0, "train", 2.5)}
     sizes |= {"V1": (1.0, "validation", 2.2), "6": (5.0, "test", 3)}
-    files = [
-        dem_files(tmp_path, slurry, mass, 10 * mass**0.3, 1e4 * mass**-0.2, reach_um)
-        for slurry, (mass, _, reach_um) in sizes.items()
-    ]
+    files = [dem_files(tmp_path, slurry, 10 * mass**0.3, reach_um) for slurry, (mass, _, reach_um) in sizes.items()]
     known = pd.DataFrame({name: size[:2] for name, size in sizes.items()}, index=["mass_units", "role"]).T
     known = known.rename_axis("slurry").assign(thickness_ratio=2.0, particles=100 * known.mass_units, warning="")
     known.to_csv(tmp_path / "equilibrium.csv")
@@ -92,28 +89,28 @@ def study(tmp_path) -> dict:
 
 def test_tables(study):
     table, clock = written("compare_sizes", **study), read_table(study["clock"])
-    known = ["surrogate", "slurry", "role", "mass_units", "thickness_ratio", "particles", "pressure_damping_us"]
+    known = ["surrogate", "slurry", "role", "mass_units", "thickness_ratio", "particles", "barostat"]
     measured = ["shrink_time_us", "last_input_density_g_cm3", "outside_share"]
     errors_of = [f"{name}_volume_error" for name in ("predicted", "relaxed", "coordinate")]
     assert list(table.columns) == known + measured + errors_of
     assert table.slurry.to_list() == ["V1", "6"]
     assert table.role.to_list() == ["validation", "test"]
     assert table.particles.to_list() == [100, 500]
-    np.testing.assert_allclose(table.pressure_damping_us, [1e4, 1e4 * 5**-0.2], rtol=1e-5)
+    assert table.barostat.to_list() == ["npt", "npt"]
     np.testing.assert_allclose(table.shrink_time_us, [10, 10 * 5**0.3], rtol=1e-5)
     np.testing.assert_allclose(table.last_input_density_g_cm3, 16 / LAST_INPUT_EDGE_UM**3)
     assert table.outside_share.to_list() == [0, 1]  # 2.2 um is within the 2.5 um of T2, 3 um is not
     np.testing.assert_allclose(table.predicted_volume_error, 0.9**3 - 1)
     np.testing.assert_allclose(table.relaxed_volume_error, 1.1**3 - 1)
     np.testing.assert_allclose(table.coordinate_volume_error, 0, atol=1e-9)
-    assert clock.columns.to_list() == ["slurries", "exponent", "standard_error", "damping_exponent"]
-    np.testing.assert_allclose(clock.iloc[0], [4, 0.3, 0, -0.2], atol=1e-6)
+    assert clock.columns.to_list() == ["barostat", "slurries", "exponent", "standard_error"]
+    np.testing.assert_allclose(clock.iloc[0, 1:].astype(float), [4, 0.3, 0], atol=1e-6)
 
 
 def test_slurry_that_does_not_shrink_is_left_out(study):
     pd.DataFrame({"time_us": [0.0, 9], "lx_um": [8.0, 7.0]}).to_csv(study["thermo"][3], index=False)
     assert written("compare_sizes", **study).shrink_time_us.isna().to_list() == [False, True]
-    np.testing.assert_allclose(read_table(study["clock"]).iloc[0], [3, 0.3, 0, -0.2], atol=1e-6)
+    np.testing.assert_allclose(read_table(study["clock"]).iloc[0, 1:].astype(float), [3, 0.3, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -142,8 +139,8 @@ def errors(scale: float) -> pd.DataFrame:
 
 
 def test_figure(tmp_path):
-    figure = plot_sizes.draw_sizes({"size": errors(1.0), "size_clock": errors(0.5)})
-    assert [axes.get_title() for axes in figure.axes] == ["size", "size_clock"]
+    figure = plot_sizes.draw_sizes({"size": errors(1.0), "size_berendsen": errors(0.5)})
+    assert [axes.get_title() for axes in figure.axes] == ["size", "size_berendsen"]
     for axes, scale in zip(figure.axes, (1.0, 0.5), strict=True):
         dots = np.concatenate([line.get_ydata() for line in axes.lines if line.get_marker() in plot_sizes.MARKERS])
         assert sorted(dots) == pytest.approx(sorted(100 * scale * errors(1.0).predicted_volume_error))

@@ -33,6 +33,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "formulation.phases force_field.granular_hertz.normal_stiffness_kpa dem.timestep_us dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
+    dem_checks.barostat: "dem.barostat dem.pressure_damping_us",
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames dem.restart_frames learning.input_frames learning.target_frame",
     surrogate_checks.roles: "slurries surrogate.model",

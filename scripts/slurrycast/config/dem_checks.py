@@ -14,6 +14,8 @@ from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, recipe
 
+# Of the damping time: with less the box falls in or the DEM ends in NaN, with more it hardly moves.
+DAMPING_US = {"npt": (100.0, 1.0e6), "berendsen": (1.0, 1000.0)}
 SUM_TOLERANCE = 1e-6  # for fractions that sum to 1: room for thirds written with seven digits
 
 
@@ -134,6 +136,17 @@ def timestep(config: Mapping, _) -> Iterator[str]:
                 f"dem.timestep_us = {shown(dem['timestep_us'])}: {share:.3g} of the {name.capitalize()} time "
                 f"{time_us:.4g} us: must be at most {most * time_us:.4g}, dem.max_{name}_share = {shown(most)} of it"
             )
+
+
+def barostat(config: Mapping, _) -> Iterator[str]:
+    """The damping time is one of the chosen barostat."""
+    name, damping_us = config["dem"]["barostat"], config["dem"]["pressure_damping_us"]
+    least, most = DAMPING_US[name]
+    if not least <= damping_us <= most:
+        yield (
+            f"dem.pressure_damping_us = {shown(damping_us)}: must be at least {least:g} and at most {most:g} with "
+            f"dem.barostat = {shown(name)}"
+        )
 
 
 def steps(config: Mapping, _) -> Iterator[str]:

@@ -44,8 +44,5 @@ def timestep_runs(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
 
 
 def dem_settings(config: Mapping, run: Slurry) -> dict:
-    """The section `dem` as it holds for one run: with the settings of the run, and the damping time for its mass."""
-    settings = {**config["dem"], **run.dem}
-    if exponent := settings.pop("pressure_damping_exponent"):
-        settings["pressure_damping_us"] *= run.mass_units**exponent
-    return settings
+    """The section `dem` as it holds for one run."""
+    return {**config["dem"], **run.dem}

@@ -34,6 +34,7 @@ def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, objec
         "timestep_us": dem["timestep_us"],
         "temperature_k": dem["temperature_k"],
         "temperature_damping_us": dem["temperature_damping_us"],
+        "barostat": dem["barostat"],
         "pressure_kpa": dem["pressure_kpa"],
         "pressure_damping_us": dem["pressure_damping_us"],
     }

@@ -19,7 +19,7 @@ STYLES = {
     "atom": ("sphere",),
     "minimize": ("cg",),
     "pair": ("soft", "hybrid/overlay", "lj/cut", "gran/hertz/history"),
-    "fix": ("npt/sphere", "nvt/sphere", "deform"),
+    "fix": ("npt/sphere", "nvt/sphere", "press/berendsen", "deform"),
     "compute": ("contact/atom", "erotate/sphere", "reduce"),
     "dump": ("custom",),
 }

@@ -1,0 +1,83 @@
+"""The barostats of the DEM: Berendsen's clock is its damping time, whatever the number of particles; chains go on."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from configurations import shipped
+from slurrycast.data.tables import read_table
+from slurrycast.dem.lammps_log import read_log
+from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps
+from slurrycast.evaluation.size import SHRUNK_SHARE, shrink_time_us
+
+DAMPING_US = 14.0
+SCRIPT_RUNS = {  # further variables of the scripts that continue the DEM from frame 10
+    "continue.lmp": {"max_rounds": 1, "round_steps": 20, "flat_within": 1, "pressure_within": 1},
+    "drive.lmp": {"steps": 20} | {f"final_l{axis}_um": 4.0 for axis in "xyz"},
+    "displace.lmp": {"from": 3000, "displacement_um": 1e-6, "displacement_seed": 1},
+}
+
+
+@pytest.fixture(scope="module")
+def shrinking(tmp_path_factory, generate, dem_command):
+    """Run the DEM of so many mass units, of about 80 particles each, while its box shrinks; its folder."""
+
+    def build(mass_units: float, **dem: object) -> Path:
+        folder = tmp_path_factory.mktemp("shrinking")
+        config = shipped("config")
+        settings = {"steps": 36000, "segment_frames": 60, "restart_frames": [10], "thermo_every_steps": 10}
+        physics = {
+            "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
+            "force_field": config["force_field"],
+            "dem": config["dem"] | settings | {"barostat": "berendsen", "pressure_damping_us": DAMPING_US} | dem,
+            "slurry": {"mass_units": mass_units, "thickness_ratio": 1.2, "seed": 7},
+        }
+        generate(folder, physics)
+        subprocess.run(dem_command(folder, folder, 23), check=True)
+        return folder
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def slurry(shrinking) -> Path:
+    """The smaller one of two slurries under Berendsen's barostat."""
+    return shrinking(1.0)
+
+
+def time_us(folder: Path) -> float:
+    thermo = read_table(folder / "thermo.csv")
+    return shrink_time_us(thermo.time_us.to_numpy(), thermo.lx_um.to_numpy())
+
+
+def test_clock_of_berendsen_is_its_damping_time_at_any_size(shrinking, slurry):
+    """Without pressure inside, the volume falls by e in the damping time; particles that meet delay it a little."""
+    small, large = time_us(slurry), time_us(shrinking(5.0))
+    assert large == pytest.approx(small, rel=0.02)
+    free = -3 * np.log(SHRUNK_SHARE) * DAMPING_US
+    assert free < small < 1.05 * free
+
+
+def test_clock_of_npt_depends_on_the_number_of_particles(shrinking):
+    """LAMMPS' barostat has a chain of thermostats whose mass does not grow with the particles."""
+    small, large = (time_us(shrinking(units, barostat="npt", pressure_damping_us=2.0e4)) for units in (1.0, 5.0))
+    assert large > 1.2 * small
+
+
+@pytest.mark.parametrize("script", SCRIPT_RUNS)
+def test_scripts_that_continue_the_dem_take_over_its_thermostat(slurry, tmp_path, script):
+    inputs = json.loads((slurry / "inputs.json").read_text())
+    variables = {
+        **force_field_variables(inputs["physics"]["force_field"], inputs["physics"]["dem"]),
+        "restart": slurry / "frame_10.restart",
+        "coefficients": slurry / "coefficients.lmp",
+        "thermo_every_steps": 10,
+    }
+    run_lammps(Launcher("lmp", "mpiexec", 1), script, variables | SCRIPT_RUNS[script], tmp_path, "log")
+    said = (tmp_path / "log").read_text()
+    assert "Resetting global fix info from restart file" in said and "thermostat" in said
+    assert "Unused restart file" not in said
+    read_log(tmp_path / "log")
