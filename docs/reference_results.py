@@ -92,3 +92,46 @@ def full_scale_estimates() -> pd.DataFrame:
     ]
     estimates = pd.DataFrame(rows, columns=["job", "particles", "steps", "cpu_s"])
     return estimates.assign(cpu_h=estimates.particles * estimates.steps * estimates.cpu_s / 3600)
+
+
+def accuracy(run: str, *labels: str) -> pd.DataFrame:
+    """What the surrogates of a run reach and cost: means over its test slurries."""
+    mse, skill = (by_slurry(run, "skill", column) for column in ("mse_um2", "skill"))
+    cost, errors = by_slurry(run, "front", "cost_share_of_full_dem"), relaxed(run)
+    rows = []
+    for label in labels or read_result(run, "skill").surrogate.unique():
+        skills, density, rdf = skill[label], errors.density_error[label], errors.rdf_ratio[label]
+        rows.append(
+            {
+                "surrogate": f"`{label}`",
+                "MSE (µm²)": f"{mse[label].mean():.3f}",
+                "skill (least to greatest)": f"{skills.mean():.2f} ({skills.min():.2f} to {skills.max():.2f})",
+                "density error (largest)": f"{density.mean():.2%} ({density.max():.2%})",
+                "RDF difference (largest)": f"{rdf.mean():.2f} ({rdf.max():.2f})",
+                "cost": f"{cost[label].mean():.1%}",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def growth(run: str, *labels: str) -> pd.DataFrame:
+    """Exponents of the cost against the particle number, and after how many slurries a training is paid back."""
+    rows = read_result(run, "cost_scaling").query("clock == 'cpu_s'").set_index("surrogate").loc[list(labels)]
+    columns = {
+        "surrogate": [f"`{label}`" for label in labels],
+        "exponent": rows.hybrid_exponent.map("{:.2f}".format) + rows.hybrid_exponent_se.map(" ± {:.2f}".format),
+        "training (CPU min)": (rows.training_s / 60).map("{:.1f}".format),
+        "slurries to pay the training": rows.slurries_to_pay_training.map("{:.0f}".format),
+        "and the DEM of its slurries": rows.slurries_to_pay_training_and_dem.map("{:.0f}".format),
+    }
+    dem = f"{rows.dem_exponent.iloc[0]:.2f} ± {rows.dem_exponent_se.iloc[0]:.2f}"
+    return pd.concat([pd.DataFrame({"surrogate": ["full DEM"], "exponent": [dem]}), pd.DataFrame(columns)])
+
+
+def temperatures_k() -> pd.DataFrame:
+    """Mean temperatures of slurry 6 at demo scale, in K: while its box shrinks, and at the end of the run."""
+    thermo = read_table(REFERENCE / "densification" / "demo_6.csv")
+    shrinking = (thermo.time_us > 0) & (thermo.density_g_cm3 < 0.95 * thermo.density_g_cm3.iloc[-1])
+    end = thermo.time_us > 0.9 * thermo.time_us.iloc[-1]
+    means = {"densification, to 95 % of the density": thermo[shrinking], "the last tenth of the run": thermo[end]}
+    return pd.DataFrame({name: rows.mean() for name, rows in means.items()}).T

@@ -19,7 +19,18 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from reference_results import REFERENCE, ROOT, by_slurry, full_scale_estimates, measured_rates, read_result, relaxed
+from reference_results import (
+    REFERENCE,
+    ROOT,
+    accuracy,
+    by_slurry,
+    full_scale_estimates,
+    growth,
+    measured_rates,
+    read_result,
+    relaxed,
+    temperatures_k,
+)
 from slurrycast.evaluation.relaxation import enough_steps
 from slurrycast.report import reference_article
 
@@ -36,40 +47,6 @@ def table(function: Callable[[], pd.DataFrame]) -> Callable[[], pd.DataFrame]:
     """Register the table of that name: a frame of texts whose columns are the header."""
     TABLES[function.__name__] = function
     return function
-
-
-def accuracy(run: str, *labels: str) -> pd.DataFrame:
-    """What the surrogates of a run reach and cost: means over its test slurries."""
-    mse, skill = (by_slurry(run, "skill", column) for column in ("mse_um2", "skill"))
-    cost, errors = by_slurry(run, "front", "cost_share_of_full_dem"), relaxed(run)
-    rows = []
-    for label in labels or read_result(run, "skill").surrogate.unique():
-        skills, density, rdf = skill[label], errors.density_error[label], errors.rdf_ratio[label]
-        rows.append(
-            {
-                "surrogate": f"`{label}`",
-                "MSE (µm²)": f"{mse[label].mean():.3f}",
-                "skill (least to greatest)": f"{skills.mean():.2f} ({skills.min():.2f} to {skills.max():.2f})",
-                "density error (largest)": f"{density.mean():.2%} ({density.max():.2%})",
-                "RDF difference (largest)": f"{rdf.mean():.2f} ({rdf.max():.2f})",
-                "cost": f"{cost[label].mean():.1%}",
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def growth(run: str, *labels: str) -> pd.DataFrame:
-    """Exponents of the cost against the particle number, and after how many slurries a training is paid back."""
-    rows = read_result(run, "cost_scaling").query("clock == 'cpu_s'").set_index("surrogate").loc[list(labels)]
-    columns = {
-        "surrogate": [f"`{label}`" for label in labels],
-        "exponent": rows.hybrid_exponent.map("{:.2f}".format) + rows.hybrid_exponent_se.map(" ± {:.2f}".format),
-        "training (CPU min)": (rows.training_s / 60).map("{:.1f}".format),
-        "slurries to pay the training": rows.slurries_to_pay_training.map("{:.0f}".format),
-        "and the DEM of its slurries": rows.slurries_to_pay_training_and_dem.map("{:.0f}".format),
-    }
-    dem = f"{rows.dem_exponent.iloc[0]:.2f} ± {rows.dem_exponent_se.iloc[0]:.2f}"
-    return pd.concat([pd.DataFrame({"surrogate": ["full DEM"], "exponent": [dem]}), pd.DataFrame(columns)])
 
 
 # ---- README.md
@@ -133,9 +110,9 @@ def article_densities() -> pd.DataFrame:
 
 @table
 def sizes() -> pd.DataFrame:
-    """Error of the predicted volume by size, with one damping time for all slurries and with one for each size."""
+    """Error of the predicted volume by size, with each barostat."""
     rows = {}
-    for name, run in {"one for all": "size", "mass^-0.3": "size_clock"}.items():
+    for name, run in {"NPT": "size", "Berendsen": "size_berendsen"}.items():
         clock = pd.read_csv(REFERENCE / run / "size_clock.csv").iloc[0]
         errors = pd.read_csv(REFERENCE / run / "size_errors.csv")
         rows["all", "exponent of the shrink time", name] = f"{clock.exponent:.3f} ± {clock.standard_error:.3f}"
@@ -147,6 +124,22 @@ def sizes() -> pd.DataFrame:
                 f"{group.min():+.1%} to {group.max():+.1%}"
             )
     return pd.Series(rows).unstack(sort=False).rename_axis(["surrogate", "quantity"]).reset_index()
+
+
+@table
+def barostats() -> pd.DataFrame:
+    """Time until the edge is 0.75 of its start, for few and for many particles."""
+    times = pd.read_csv(REFERENCE / "barostat" / "clock.csv").pivot(index="barostat", columns="particles")
+    times = times.shrink_time_us.map("{:.1f}".format)
+    return times.rename(columns="{:,} particles (µs)".format).rename_axis("barostat", axis=0).reset_index()
+
+
+@table
+def temperatures() -> pd.DataFrame:
+    """What particles do at the 300 K of the thermostat, in slurry 6."""
+    columns = {"slurry 6, translation (K)": "temperature_k", "rotation (K)": "temperature_rotational_k"}
+    rows = temperatures_k().rename(columns={value: key for key, value in columns.items()})[list(columns)]
+    return rows.map("{:,.0f}".format).rename_axis("mean over").reset_index()
 
 
 @table

@@ -28,8 +28,8 @@ DENSE, STEPS, REPEATS = 10000, 3000, 5  # a segment of the demo
 ONE, TWO = Launcher("lmp", "mpiexec", 1), Launcher("lmp", "mpiexec", 2)
 
 
-def prepared(folder: Path, mass_units: float) -> tuple[int, dict]:
-    """Run a slurry to DENSE in `folder`; return its particles and the variables of its segments."""
+def generate(folder: Path, mass_units: float) -> tuple[int, dict]:
+    """Write the inputs of a slurry to `folder`; return its particles and the variables of its LAMMPS scripts."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
     physics = {
         "formulation": config["formulation"],
@@ -58,9 +58,15 @@ def prepared(folder: Path, mass_units: float) -> tuple[int, dict]:
         "thermo_every_steps": config["dem"]["thermo_every_steps"],
         "frame_every_steps": config["dem"]["steps"] // (config["dem"]["frames"] - 1),
     }
+    return inputs["particles"], variables
+
+
+def prepared(folder: Path, mass_units: float) -> tuple[int, dict]:
+    """Run a slurry to DENSE in `folder`; return its particles and the variables of its segments."""
+    particles, variables = generate(folder, mass_units)
     for script in ("push_off", "start", "slurry"):
         run_lammps(ONE, f"{script}.lmp", {**variables, "from": 0, "to": DENSE}, folder, f"{script}.log")
-    return inputs["particles"], variables
+    return particles, variables
 
 
 def wall_s(folders: list[Path], launcher: Launcher, variables: dict) -> float:
