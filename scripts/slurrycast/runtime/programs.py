@@ -1,5 +1,6 @@
 """Programs that are started here: LAMMPS and its MPI launcher, their environment, and how a program ended, in words."""
 
+import contextlib
 import os
 import re
 import shlex
@@ -110,6 +111,17 @@ def last_words(lines: Iterable[str]) -> str:
     # launchers frame what they say with blank lines and rows of signs
     words = [" ".join(line.split()) for line in lines if any(character.isalnum() for character in line)]
     return " ".join(words[-5:])[-300:] or "it printed nothing"
+
+
+def clear_shared_memory() -> None:
+    """Remove what MPICH of killed processes has left, mpich_shm_<pid in hexadecimal>_<number>.
+
+    A process that later gets the number of one of them cannot make its own, and ends with "Out of memory".
+    """
+    for path in SHARED_MEMORY.glob("mpich_shm_*_*"):
+        with contextlib.suppress(OSError, ValueError):  # of another user, or just removed
+            if not Path("/proc", str(int(path.name.split("_")[2], 16))).exists():
+                path.unlink()
 
 
 def shared_memory_cause(ranks: int) -> str:
