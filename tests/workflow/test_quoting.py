@@ -23,8 +23,9 @@ def project(tmp_path_factory):
     folder = copy_checkout(tmp_path_factory.mktemp("folder") / "a pröject's $(touch x); touch x")
     shutil.copy(folder / "config" / "slurries_tiny.tsv", folder / f"{TEXT}.tsv")
     (folder / f"{TEXT}.yaml").write_text("{}\n")
+    said = ("Massively Parallel Simulator - 2 Aug 2023", "ERROR: started as one program")  # with -h and without
     (folder / TEXT).write_text(
-        "#!/bin/sh\nfor last; do :; done\n[ $last = -h ] || exec echo ERROR: started as one program\n"
+        f"#!/bin/sh\nfor last; do :; done\n[ $last = -h ] && exec echo '{said[0]}'\nexec echo '{said[1]}'\n"
     )
     (folder / TEXT).chmod(0o755)
     layer = {"class_name": "InputLayer", "config": {"name": "features", "batch_shape": [None, 4, 6]}}
