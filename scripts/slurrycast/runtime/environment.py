@@ -6,7 +6,6 @@ The Snakefile asks for it each time it is parsed, also on the nodes of a cluster
 import filecmp
 import getpass
 import os
-import shutil
 import site
 import sys
 import sysconfig
@@ -63,8 +62,8 @@ def isolate_jobs(scripts: Path, cache: Path) -> None:
         matplotlib cannot read its settings in the working directory.
     """
     programs = Path(sys.executable).parent
-    python = shutil.which("python", path=programs)
-    if python is None or not filecmp.cmp(python, sys.executable):  # which may be the same file, or a copy
+    python = programs / "python"
+    if not python.exists() or not filecmp.cmp(python, sys.executable):  # which may be the same file, or a copy
         raise InputError(
             f"{programs}: no `python` beside the Python that runs Snakemake, or another, and jobs call it: use a venv"
         )
