@@ -34,6 +34,7 @@ def test_shared_memory_of_killed_processes_is_removed(tmp_path, monkeypatch):
     }
     for name in names:
         (tmp_path / name).touch()
+        os.utime(tmp_path / name, (0, 0))
     monkeypatch.setattr("slurrycast.runtime.programs.SHARED_MEMORY", tmp_path)
     clear_shared_memory()
     assert {name: (tmp_path / name).exists() for name in names} == names

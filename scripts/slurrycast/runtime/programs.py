@@ -8,6 +8,7 @@ import shutil
 import signal
 import sys
 import sysconfig
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
@@ -116,11 +117,13 @@ def last_words(lines: Iterable[str]) -> str:
 def clear_shared_memory() -> None:
     """Remove what MPICH of killed processes has left, mpich_shm_<pid in hexadecimal>_<number>.
 
-    A process that later gets the number of one of them cannot make its own, and ends with "Out of memory".
+    A process that later gets the number of one of them cannot make its own, and ends with "Out of memory". Those of the
+    last minute stay: another container may share the memory, whose processes are not seen here.
     """
     for path in SHARED_MEMORY.glob("mpich_shm_*_*"):
         with contextlib.suppress(OSError, ValueError):  # of another user, or just removed
-            if not Path("/proc", str(int(path.name.split("_")[2], 16))).exists():
+            is_running = Path("/proc", str(int(path.name.split("_")[2], 16))).exists()
+            if not is_running and time.time() - path.stat().st_mtime > 60:
                 path.unlink()
 
 
