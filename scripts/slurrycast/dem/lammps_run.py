@@ -15,14 +15,7 @@ import psutil
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.lammps_help import ask
-from slurrycast.runtime.programs import (
-    Launcher,
-    clear_shared_memory,
-    ended_by,
-    ending,
-    last_words,
-    shared_memory_cause,
-)
+from slurrycast.runtime.programs import Launcher, ended_by, ending, last_words, shared_memory_cause
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
 DISK_FULL_BYTES = 1 << 20
@@ -104,7 +97,6 @@ def run_lammps(
     settings = [part for name, value in variables.items() for part in ("-var", name, str(value))]
     command = [*launcher.command(), "-in", str(SCRIPTS / script), "-log", log, "-nocite", *settings]
     (folder / log).unlink(missing_ok=True)
-    clear_shared_memory()
     columns: list[str] = []
     tail: deque[str] = deque(maxlen=20)
     error = ""

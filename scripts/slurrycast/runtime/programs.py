@@ -1,6 +1,5 @@
 """Programs that are started here: LAMMPS and its MPI launcher, their environment, and how a program ended, in words."""
 
-import contextlib
 import os
 import re
 import shlex
@@ -8,7 +7,6 @@ import shutil
 import signal
 import sys
 import sysconfig
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
@@ -112,19 +110,6 @@ def last_words(lines: Iterable[str]) -> str:
     # launchers frame what they say with blank lines and rows of signs
     words = [" ".join(line.split()) for line in lines if any(character.isalnum() for character in line)]
     return " ".join(words[-5:])[-300:] or "it printed nothing"
-
-
-def clear_shared_memory() -> None:
-    """Remove what MPICH of killed processes has left, mpich_shm_<pid in hexadecimal>_<number>.
-
-    A process that later gets the number of one of them cannot make its own, and ends with "Out of memory". Those of the
-    last minute stay: another container may share the memory, whose processes are not seen here.
-    """
-    for path in SHARED_MEMORY.glob("mpich_shm_*_*"):
-        with contextlib.suppress(OSError, ValueError):  # of another user, or just removed
-            is_running = Path("/proc", str(int(path.name.split("_")[2], 16))).exists()
-            if not is_running and time.time() - path.stat().st_mtime > 60:
-                path.unlink()
 
 
 def shared_memory_cause(ranks: int) -> str:
