@@ -191,6 +191,12 @@ CONFLICTS = [
     ("relaxation.start_temperature_k", 30.0, " = 30.0: must be at least dem.temperature_k = 300.0, to which it falls"),
     ("dem.steps", 60001, " = 60001: must be a multiple of dem.frames - 1 = 120"),
     ("dem.thermo_every_steps", 300, " = 300: must divide the 500 steps between two frames"),
+    ("dem.pressure_damping_us", 14.0, ' = 14.0: must be at least 100 and at most 1e+06 with dem.barostat = "npt"'),
+    (
+        "dem.barostat",
+        "berendsen",
+        'dem.pressure_damping_us = 20000.0: must be at least 1 and at most 1000 with dem.barostat = "berendsen"',
+    ),
     ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
     (
         "dem.restart_frames",

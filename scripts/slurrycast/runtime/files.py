@@ -142,8 +142,10 @@ def check_unchanged(path: str | Path) -> None:
 
 
 def damaged_files(folder: str | Path) -> Iterator[str]:
-    """Yield a line for each output at any depth of `folder` that `check_unchanged` refuses, and one for all that it
-    cannot tell since their checksums are missing. Left out are logs and work folders."""
+    """Yield a line for each output at any depth of `folder` that `check_unchanged` refuses.
+
+    And one line for all whose checksum is missing. Logs and work folders are left out.
+    """
     without, aside = [], re.compile(rf"logs|{re.escape(CHECKSUMS)}|work.*|.*_work")
     for path in sorted(Path(folder).rglob("*")):
         folders = path.relative_to(folder).parts[:-1]
