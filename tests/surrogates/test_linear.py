@@ -9,7 +9,7 @@ import scipy.optimize
 
 from slurrycast.data.dataset import TrainingSet, read_training_set, write_training_set
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.linear import Linear
+from slurrycast.surrogates.linear import Linear, combined
 from slurrycast.surrogates.prediction import PredictionInput
 from structures import frame, particles, training_set
 
@@ -78,6 +78,8 @@ def test_models_that_do_not_fit_are_refused(data, tmp_path):
             Linear().predict(prediction_input(places_um), path, {})
         path.write_text('{"input_frames": [7, 8, 9, 10]}')
     Linear().fit(data, {}, path)
+    with pytest.raises(InputError, match=r"coefficients have shape \(4,\), expected \(3,\)"):
+        combined(path, prediction_input(places_um).frames, places_um.swapaxes(1, 2)[..., :3])
     with pytest.raises(InputError, match=r"was fitted to input frames \[7, 8, 9, 10\], asked with \[6, 7, 8, 9\]"):
         Linear().predict(prediction_input(places_um, (6, 7, 8, 9)), path, {})
 

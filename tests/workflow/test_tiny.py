@@ -22,7 +22,7 @@ from torture.comparison import ASIDE, OF_TIME, content
 SLURRIES = {"T1": "train", "T2": "train", "T3": "train", "1": "test", "2": "test", "V1": "validation", "N1": "new"}
 HELD_OUT = ("1", "2", "V1")
 PREDICTED = (*HELD_OUT, "N1")
-SURROGATES = ["persistence", "affine", "linear", "vgg16"]
+SURROGATES = ["persistence", "affine", "linear", "linear_box", "vgg16"]
 FURTHER = ["neighbours", "vgg16_box", "vgg16_box_nobox", "affine_f02", "driven_dem"]
 FURTHER += ["early_dem_x2", "early_dem_x10", "early_dem_x10_f02"]
 TINY = ("--configfile", "config/tiny.yaml")
@@ -73,6 +73,7 @@ def test_contract(results):
     expected += [f"dem/{slurry}/frame_{k}.restart" for slurry in SLURRIES for k in (7, 8, 9, 10)]
     expected += [f"frames/{slurry}.h5" for slurry in SLURRIES]
     expected += ["models/vgg16/model.keras", "models/vgg16/history.csv", "models/linear/model.json"]
+    expected += ["models/linear_box/model.json"]
     expected += [
         f"hybrid/{surrogate}/{slurry}/{name}"
         for surrogate in SURROGATES

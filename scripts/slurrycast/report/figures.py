@@ -34,6 +34,7 @@ SURROGATE_COLOURS = {
     "persistence": "#8c6d55",
     "affine": "#e08a3c",
     "linear": "#8a8f3c",
+    "linear_box": "#b3446c",
     "vgg16": "#18858f",
     "vgg16_box": "#3f63b8",
     "neighbours": "#2f9e44",

@@ -11,6 +11,7 @@ NAMES = (
     "persistence",
     "affine",
     "linear",
+    "linear_box",
     "vgg16",
     "vgg16_box",
     "neighbours",
