@@ -40,6 +40,7 @@ include: "workflow/rules/preflight.smk"
 onstart:
     if workflow.is_main_process:
         check_earlier_results()
+        check_restart_files()
         check_lammps()
 
 

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -86,12 +86,13 @@ def generate(command) -> Callable[..., None]:
 def dem_command(command) -> Callable[..., list[str]]:
     """Command line of run_slurry.py with the inputs of one folder and outputs, and the work folder, in another."""
 
-    def build(inputs: Path, outputs: Path, last_frame: int) -> list[str]:
+    def build(inputs: Path, outputs: Path, last_frame: int, restart_frames: Sequence[int] = (1, 10, 60)) -> list[str]:
         files = {name: inputs / file for name, file in INPUT_FILES.items()}
         files |= {"dump": outputs / "dump.lammpstrj", "log": outputs / "lammps.log", "thermo": outputs / "thermo.csv"}
         files |= {"run": outputs / "run.json", "cost": outputs / "run_cost.json", "restarts": outputs}
         folders = {"work": outputs / "work", "attempts": outputs / "attempts"}
-        return command("run_slurry", **files, **folders, last_frame=last_frame)
+        kept = [frame for frame in restart_frames if frame <= last_frame]
+        return command("run_slurry", **files, **folders, last_frame=last_frame, restart_frames=kept)
 
     return build
 
@@ -101,7 +102,7 @@ def slurry(tmp_path_factory, command, generate, dem_command) -> Path:
     """Folder of a slurry of some 80 particles that went through the DEM: 121 frames, one every 50 steps."""
     folder = tmp_path_factory.mktemp("a slurry")
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    dem = {"steps": 6000, "segment_frames": 40, "restart_frames": [1, 10, 60], "thermo_every_steps": 50}
+    dem = {"steps": 6000, "segment_frames": 40, "thermo_every_steps": 50}
     physics = {
         "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
         "force_field": config["force_field"],

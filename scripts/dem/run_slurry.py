@@ -15,7 +15,7 @@ outputs asks for them again.
 import itertools
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -51,6 +51,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
     parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
     parser.add_value("--last-frame", "number of the frame at which the run ends", type=int)
+    parser.add_value("--restart-frames", "frames at which a restart file is kept", type=int, nargs="+")
     parser.add_value("--work", "work folder, from which a killed run goes on", type=Path)
     parser.add_lammps()
     parser.add_value(
@@ -58,11 +59,25 @@ def add_options(parser: Parser) -> None:
     )
     parser.add_output("--attempts", "folder for a log of each attempt")
     parser.add_output("--dump", "all frames, LAMMPS text dump")
-    parser.add_output("--restarts", "folder for frame_<k>.restart, k as dem.restart_frames")
+    parser.add_output("--restarts", "folder for frame_<k>.restart, k as --restart-frames")
     parser.add_output("--thermo", "thermo table, CSV")
     parser.add_output("--log", "the logs of all LAMMPS processes, one after the other")
     parser.add_output("--run", "summary, JSON")
     parser.add_output("--cost", "cost record, JSON")
+    parser.add_check(wrong_restart_frames)
+
+
+def wrong_restart_frames(args: Namespace) -> str | None:
+    """What is wrong with the restart frames, if anything is."""
+    outside = [frame for frame in args.restart_frames if not 0 < frame <= args.last_frame]
+    return f"--restart-frames {outside[0]}: must be from 1 to --last-frame {args.last_frame}" if outside else None
+
+
+def cuts(args: Namespace, dem: Mapping) -> list[int]:
+    """Steps at which the run is cut; also where an earlier attempt was, so that what it finished counts."""
+    frame_steps = steps_per_frame(dem)
+    found = [int(record.stem.removeprefix("segment_")) // frame_steps for record in args.work.glob("segment_*.json")]
+    return boundaries(frame_steps, args.last_frame, dem["segment_frames"], [*args.restart_frames, *found])
 
 
 def thermo_table(logs: Sequence[Log]) -> pd.DataFrame:
@@ -76,7 +91,6 @@ def main(args: Namespace) -> None:
     """Run, summarise, move the outputs into place."""
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
-    steps = boundaries(steps_per_frame(dem), args.last_frame, dem["segment_frames"], dem["restart_frames"])
     variables = {
         "data": "initial.data",
         "push_off": "push_off.lmp",
@@ -92,6 +106,7 @@ def main(args: Namespace) -> None:
         measured_cost(args.cost, "run_slurry", slurry=slurry) as cost,
     ):
         stop = Stop(slurry, 60 * args.budget_min)
+        steps = cuts(args, dem)
         for name, file in zip(("initial.data", "coefficients.lmp", "push_off.lmp"), files[1:], strict=True):
             shutil.copyfile(file, work.path / name)
         chain = Chain(slurry, inputs, openings, steps)
@@ -102,10 +117,9 @@ def main(args: Namespace) -> None:
             for last in steps[1:]:
                 with (work.path / f"frames_{last}.dump").open("rb") as segment:
                     shutil.copyfileobj(segment, whole, 1 << 20)
-        for frame in dem["restart_frames"]:
-            if frame <= args.last_frame:
-                with moved_into_place(args.restarts / f"frame_{frame}.restart") as part:
-                    shutil.copyfile(work.path / f"step_{frame * steps_per_frame(dem)}.restart", part)
+        for frame in args.restart_frames:
+            with moved_into_place(args.restarts / f"frame_{frame}.restart") as part:
+                shutil.copyfile(work.path / f"step_{frame * steps_per_frame(dem)}.restart", part)
         with moved_into_place(args.log) as part, part.open("wb") as whole:
             for name in chain.parts:
                 whole.write((work.path / f"{name}.log").read_bytes())

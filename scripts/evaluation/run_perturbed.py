@@ -2,8 +2,8 @@
 
 The distance between the two at the target frame shows how well such an early frame determines the end.
 
-In: the restart file of the early frame, the slurry's inputs (JSON) and pair coefficients, and its frame store (HDF5),
-for what the particles are.
+In: the restart file of the early frame, the slurry's inputs (JSON) and pair coefficients, its run.json, for where it
+was cut, and its frame store (HDF5), for what the particles are.
 Out: the perturbed run at the target frame, as a frame store of one frame (HDF5). Every coordinate is displaced by a
 random length between plus and minus --displacement-um; its seed follows from that of the slurry.
 
@@ -19,7 +19,7 @@ import shutil
 from pathlib import Path
 
 from slurrycast.data.frames import read_frames, write_frames
-from slurrycast.dem.chain import COEFFICIENTS, Chain, Opening, boundaries, check_restart, identity
+from slurrycast.dem.chain import COEFFICIENTS, Chain, Opening, check_restart, identity
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, refuse_lost_history, steps_per_frame
@@ -38,6 +38,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--restart", "LAMMPS restart file of --first-frame")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
+    parser.add_input("--run", "run.json of the slurry")
     parser.add_input("--frames", "DEM frames of the slurry, HDF5")
     parser.add_value("--first-frame", "number of the frame that the perturbed run starts from", type=int)
     parser.add_value("--target-frame", "number of the frame at which the perturbed run ends", type=int)
@@ -63,8 +64,9 @@ def main(args: Namespace) -> None:
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     slurry, dem = inputs["slurry"], inputs["physics"]["dem"]
     frame_steps = steps_per_frame(dem)
-    first = args.first_frame * frame_steps
-    ends = boundaries(frame_steps, args.target_frame, dem["segment_frames"], [*dem["restart_frames"], args.first_frame])
+    first, last = args.first_frame * frame_steps, args.target_frame * frame_steps
+    ends = [segment["step_end"] for segment in json.loads(args.run.read_text(encoding="utf-8"))["segments"]]
+    steps = [first, *(end for end in ends if first < end < last), last]
     displacement = {
         "restart": START,
         "from": first,
@@ -86,9 +88,9 @@ def main(args: Namespace) -> None:
         f"{slurry} perturbed run",
         inputs,
         [Opening("displace", f"step_{first}.restart", displacement, check_displaced)],
-        [step for step in ends if step >= first],
+        steps,
     )
-    settings = json.dumps([args.first_frame, args.target_frame, args.displacement_um])
+    settings = json.dumps([steps, args.displacement_um])
     known_by = identity([args.restart, args.inputs, args.coefficients], LAMMPS_SCRIPTS, settings)
     attempts = attempt_log(args.attempts) if args.attempts else contextlib.nullcontext()
     with attempts as attempt, work_folder(args.work, known_by) as work:

@@ -63,7 +63,7 @@ OUT_OF_RANGE = {
     "dem.timestep_us": (TIME_STEP, [True, 2.0, 2e-06, 2000.0]),
     "dem.steps": (STEPS, [[60000]]),
     "dem.frames": ("a whole number at least 2 and at most 100000", [1]),
-    "dem.restart_frames[0]": ("a whole number at least 1", [0]),
+    "learning.input_frames[0]": ("a whole number at least 1", [0]),
     "dem.temperature_k": (TEMPERATURE, [NAN, -300, 0.3, 300000.0]),
     "dem.temperature_damping_us": ("a number at least 0.001 and at most 100", [200.0, 0.0002]),
     "dem.pressure_kpa": (TEMPERATURE, [INF, 101325.0, 0.101325]),
@@ -72,7 +72,7 @@ OUT_OF_RANGE = {
     "dem.skin_um": ("a number at least 0.001 and at most 10", [150.0, 0.00015]),
     "dem.push_off_iterations": (MILLION, [0]),
     "dem.impact_speed_um_us": ("a number at least 0.001 and at most 10", [100.0, 0.0001]),
-    "learning.input_frames": (f"{A_LIST} one frame number, increasing, each one of dem.restart_frames", [[]]),
+    "learning.input_frames": (f"{A_LIST} one frame number, increasing, each before target_frame", [[]]),
     "learning.validation_share": ("a number above 0 and below 1", [1]),
     "learning.seed": (SEED, [0]),
     "surrogate.names": (LABELS, ["vgg16", ["vgg16", "vgg16"]]),
@@ -198,19 +198,7 @@ CONFLICTS = [
         'dem.pressure_damping_us = 20000.0: must be at least 1 and at most 1000 with dem.barostat = "berendsen"',
     ),
     ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
-    (
-        "dem.restart_frames",
-        [1, 2, 4, 7, 8, 9],
-        "learning.input_frames: [10] not in dem.restart_frames: must be a restart frame each",
-    ),
-    ("dem.restart_frames", [1, 2, 4, 7, 9, 8, 10], " = [1, 2, 4, 7, 9, 8, 10]: must be strictly increasing"),
-    (
-        "dem.restart_frames",
-        [1, 2, 4, 7, 8, 9, 10, 121],
-        " = [1, 2, 4, 7, 8, 9, 10, 121]: must be at most dem.frames - 1 = 120",
-    ),
     ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),
-    ("learning.input_frames", [7, 8, 9, 10, 11], ": [11] not in dem.restart_frames: must be a restart frame each"),
     ("learning.target_frame", 10, " = 10: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
     ("learning.target_frame", 121, " = 121: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
     # surrogates, slurries and phases that do not exist or do not fit
@@ -248,9 +236,8 @@ BAD_LABELS = {
     "vgg16_f02": '"vgg16_f02": must be vgg16, which learns from learning.input_frames only',
     "affine_f120": '"affine_f120": its last input frame must be 1 to 119, before the target frame',
     "affine_f00": '"affine_f00": its last input frame must be 1 to 119, before the target frame',
-    "driven_dem_f03": '"driven_dem_f03" starts at frame 3: must be one of dem.restart_frames',
     "driven_dem_x2": f"'driven_dem_x2' is not known: must be driven_dem, {VARIANT}",
-    "early_dem_x2_f03": '"early_dem_x2_f03" starts at frame 3: must be one of dem.restart_frames',
+    "early_dem_x2_f120": '"early_dem_x2_f120": its last input frame must be 1 to 119, before the target frame',
 }
 BAD_VALUES = [
     *(

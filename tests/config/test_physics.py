@@ -37,7 +37,7 @@ def test_what_the_dem_does_not_depend_on_may_change(run):
     ("path", "value", "difference"),
     [
         ("dem.timestep_us", 0.001, "dem.timestep_us = 0.002, the configuration has 0.001"),
-        ("dem.segment_frames", 12, "dem.segment_frames = 6, the configuration has 12"),
+        ("dem.segment_frames", 12, "dem.segment_frames = 10, the configuration has 12"),
         ("formulation.unit_mass_pg", 800, "formulation.unit_mass_pg = 773.5, the configuration has 800"),
         ("force_field.granular_hertz.friction", 0, "granular_hertz.friction = 0.015, the configuration has 0"),
         (

@@ -29,7 +29,7 @@ def shrinking(tmp_path_factory, generate, dem_command):
     def build(mass_units: float, **dem: object) -> Path:
         folder = tmp_path_factory.mktemp("shrinking")
         config = shipped("config")
-        settings = {"steps": 36000, "segment_frames": 60, "restart_frames": [10], "thermo_every_steps": 10}
+        settings = {"steps": 36000, "segment_frames": 60, "thermo_every_steps": 10}
         physics = {
             "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
             "force_field": config["force_field"],

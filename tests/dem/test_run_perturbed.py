@@ -18,7 +18,8 @@ def perturbed(slurry, command):
     """Command line of a perturbed run that starts at frame 10, with its files in a folder."""
 
     def build(folder, target_frame, displacement_um, restart_frame=10):
-        names = {"inputs": "inputs.json", "coefficients": "coefficients.lmp", "frames": "frames.h5"}
+        names = {"inputs": "inputs.json", "coefficients": "coefficients.lmp", "run": "run.json"}
+        names |= {"frames": "frames.h5"}
         paths = {option: slurry / name for option, name in names.items()}
         paths |= {"restart": slurry / f"frame_{restart_frame}.restart", "perturbed": folder / "perturbed.h5"}
         frames = {"first_frame": 10, "target_frame": target_frame}

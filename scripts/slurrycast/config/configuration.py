@@ -35,11 +35,10 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     ),
     dem_checks.barostat: "dem.barostat dem.pressure_damping_us",
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
-    dem_checks.frames: "dem.frames dem.restart_frames learning.input_frames learning.target_frame",
+    dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
     surrogate_checks.roles: "slurries surrogate.model",
     surrogate_checks.labels: (
-        "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame "
-        "dem.restart_frames"
+        "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
     ),
     surrogate_checks.result_paths: (
         "slurries surrogate.names evaluation convergence report.pictures dem.timestep_us dem.steps "

@@ -162,18 +162,11 @@ def steps(config: Mapping, _) -> Iterator[str]:
 
 
 def frames(config: Mapping, _) -> Iterator[str]:
-    """Input and target frames lie inside the run, and a surrogate can continue the DEM from each input frame."""
+    """Input frames increase, and the target frame is after them and inside the run."""
     last = config["dem"]["frames"] - 1
-    restarts, inputs = config["dem"]["restart_frames"], config["learning"]["input_frames"]
-    target = config["learning"]["target_frame"]
-    for place, numbers in (("dem.restart_frames", restarts), ("learning.input_frames", inputs)):
-        if not increasing(numbers):
-            yield f"{place} = {shown(numbers)}: must be strictly increasing"
-        if max(numbers) > last:
-            yield f"{place} = {shown(numbers)}: must be at most dem.frames - 1 = {last}"
-    absent = [frame for frame in inputs if frame not in restarts]
-    if absent:
-        yield f"learning.input_frames: {shown(absent)} not in dem.restart_frames: must be a restart frame each"
+    inputs, target = config["learning"]["input_frames"], config["learning"]["target_frame"]
+    if not increasing(inputs):
+        yield f"learning.input_frames = {shown(inputs)}: must be strictly increasing"
     if not max(inputs) < target <= last:
         yield (
             f"learning.target_frame = {target}: must be after the last input frame {max(inputs)} and at most "

@@ -12,7 +12,7 @@ from slurrycast.config.slurry_table import Slurry
 DEM_START = {"executable", "launcher", "ranks", "budget_min"}
 DEM_BOUNDS = {"max_rayleigh_share", "max_hertz_share", "impact_speed_um_us", "max_density_drift"}
 # Settings of `dem` that leave its results as they are: how it is started, and bounds that are only checked. All others
-# count as physics, also those that set which files are kept and where a run is cut into segments: a run holds one set.
+# count as physics, also the frames of a segment: a run holds one set.
 DEM_NOT_PHYSICS = DEM_START | DEM_BOUNDS
 
 

@@ -55,8 +55,6 @@ def labels(config: Mapping, _) -> Iterator[str]:
                 yield f"{key}: {shown(text)}: must be {label.name}, which learns from learning.input_frames only"
             elif not 0 < last < target:
                 yield f"{key}: {shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"
-            elif surrogate.continues_dem and last not in config["dem"]["restart_frames"]:
-                yield f"{key}: {shown(text)} starts at frame {last}: must be one of dem.restart_frames"
     for text in further:
         if text in names:
             yield f"evaluation.surrogates: {shown(text)}: must not be in surrogate.names too"

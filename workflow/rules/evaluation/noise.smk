@@ -22,7 +22,7 @@ rule run_perturbed:
         frames=rules.extract_frames.output.frames,
         inputs=rules.generate_inputs.output.inputs,
         coefficients=rules.generate_inputs.output.coefficients,
-        restart=f"{RESULTS}/dem/{{slurry}}/frame_{max(INPUT_FRAMES)}.restart",
+        restart=rules.run_slurry.output.restart,
     output:
         perturbed=f"{RESULTS}/perturbed/{{slurry}}.h5",
     log:
@@ -43,8 +43,8 @@ rule run_perturbed:
         attempts=lambda wildcards: f"{RESULTS}/logs/run_perturbed/{wildcards.slurry}",
     shell:
         "python {input.script:q} --restart {input.restart:q} --inputs {input.inputs:q}"
-        " --coefficients {input.coefficients:q} --frames {input.frames:q} --first-frame {params.first_frame}"
-        " --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
+        " --coefficients {input.coefficients:q} --run {input.run:q} --frames {input.frames:q}"
+        " --first-frame {params.first_frame} --target-frame {params.target_frame} --displacement-um {params.displacement_um} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --budget-min $(({resources.runtime} * {resources.budgeted})) --attempts {params.attempts:q}"
         " --perturbed {output.perturbed:q}"
