@@ -31,6 +31,23 @@ def shipped(scale: str) -> dict:
     return base if scale == "config" else merged(base, load(scale))
 
 
+def scaled(config: dict, factor: float) -> dict:
+    """The configuration with particles larger by a factor, and all that makes their motion the same but for the scale.
+
+    At equal densities and pressure, times go with lengths, energies with volumes.
+    """
+    formulation, force_field, dem = config["formulation"], config["force_field"], config["dem"]
+    force_field["lennard_jones"]["epsilon_fj_per_um"] *= factor**2
+    force_field["granular_hertz"]["normal_damping_per_um_us"] /= factor**2
+    formulation["unit_mass_pg"] *= factor**3
+    for phase in formulation["phases"].values():
+        for size_class in phase["size_classes"]:
+            size_class["diameter_um"] *= factor
+    for key in ("timestep_us", "skin_um", "temperature_damping_us"):
+        dem[key] *= factor
+    return config
+
+
 def nested(path: str, value: object) -> dict:
     """`{"a": {"b": value}}` of the path a.b."""
     for key in reversed(path.split(".")):

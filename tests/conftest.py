@@ -106,7 +106,7 @@ def slurry(tmp_path_factory, command, generate, dem_command) -> Path:
     physics = {
         "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
         "force_field": config["force_field"],
-        "dem": config["dem"] | dem | {"pressure_damping_us": 1000.0},
+        "dem": config["dem"] | dem | {"pressure_damping_us": 2.0},
         "slurry": {"mass_units": 1.0, "thickness_ratio": 1.2, "seed": 7},
     }
     generate(folder, physics)

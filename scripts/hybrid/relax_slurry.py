@@ -5,20 +5,34 @@ to the DEM's: at the DEM's own temperature the particles are too slow to find th
 
 In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inputs of its slurry, the prediction itself
 (HDF5, for what the particles are).
-Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5).
+Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5). Its attributes hold the
+state at the end: temperature_k and temperature_rotational_k, pressure_kpa, and kinetic_share, the kinetic energy over
+pressure x volume.
 """
 
 import json
 import shutil
 from pathlib import Path
 
+import numpy as np
+
 from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.dem.forcefield import thermal_share
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
+from slurrycast.dem.recipe import mean_volume_um3, particle_types
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place
 from slurrycast.runtime.work_folder import work_folder
+
+# attributes of the relaxed microstructure, and columns of relax.lmp
+END_STATE = {
+    "temperature_k": "Temp",
+    "temperature_rotational_k": "v_temperature_rotational_k",
+    "pressure_kpa": "Press",
+    "kinetic_share": "v_kinetic_share",
+}
 
 
 def add_options(parser: Parser) -> None:
@@ -29,7 +43,9 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--coefficients", "pair_coeff lines of the real forces")
     parser.add_input("--push-off", "pair_coeff lines of the soft push-off")
     parser.add_value(
-        "--settings", "JSON: steps, pressure_damping_us, start_temperature_k, push_off_iterations", type=json.loads
+        "--settings",
+        "JSON: steps, pressure_damping_steps, start_thermal_share, push_off_iterations",
+        type=json.loads,
     )
     parser.add_value("--work", "work folder; kept with the logs if LAMMPS fails", type=Path)
     parser.add_lammps()
@@ -42,9 +58,15 @@ def main(args: Namespace) -> None:
     """Relax and write."""
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     steps, dem = args.settings["steps"], inputs["physics"]["dem"]
+    counts = np.array([t["particles"] for t in inputs["types"]])
+    volume_um3 = mean_volume_um3(particle_types(inputs["physics"]["formulation"]["phases"]), counts)
+    start_k = args.settings["start_thermal_share"] / thermal_share(1.0, dem["pressure_kpa"], volume_um3)
     variables = {
         **force_field_variables(inputs["physics"]["force_field"], dem),
-        **args.settings,
+        "steps": steps,
+        "push_off_iterations": args.settings["push_off_iterations"],
+        "pressure_damping_us": args.settings["pressure_damping_steps"] * dem["timestep_us"],
+        "start_temperature_k": max(start_k, dem["temperature_k"]),
         "data": "wrapped.data",
         "coefficients": "coefficients.lmp",
         "push_off": "push_off.lmp",
@@ -72,6 +94,7 @@ def main(args: Namespace) -> None:
                 "stage": "relaxed",
                 "relaxation": json.dumps(args.settings),
                 "lammps_version": log.version,
+                **{name: float(log.thermo[-1, log.columns.index(column)]) for name, column in END_STATE.items()},
             }
             write_frames(args.relaxed, store.particles, [frame], attributes)
             with moved_into_place(args.relaxed_data) as part:

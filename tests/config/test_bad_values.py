@@ -83,8 +83,9 @@ OUT_OF_RANGE = {
     "surrogate.driven_dem.steps": (STEPS, [0]),
     "surrogate.early_dem.flat_within": ("a number above 0 and below 1", [0]),
     TARGETS: ("a list of numbers above 0 and below 1, each once", [[0.4, 0.4]]),
-    "relaxation.pressure_damping_us": ("a number at least 100 and at most 100000", [1, 200000.0, 0.2]),
-    "relaxation.start_temperature_k": ("a number at least 1 and at most 10000000", [-INF, 0, 30000000.0]),
+    "relaxation.pressure_damping_steps": ("a whole number at least 500 and at most 1000000", [1, 200.0, 0.2]),
+    "relaxation.start_thermal_share": ("a number at least 0 and at most 0.1", [-INF, 3.0e4]),
+    "relaxation.max_kinetic_share": ("a number above 0 and at most 1", [0, 1.5]),
     "relaxation.steps_of.affine_f18": (STEPS, [0]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
@@ -186,16 +187,20 @@ CONFLICTS = [
         [0.0003, 0.001],
         ": 0.0003: must divide dem.timestep_us x dem.thermo_every_steps = 1 us",
     ),
-    # temperatures, steps and frames beyond the run or out of order
-    ("relaxation.start_temperature_k", 299, " = 299: must be at least dem.temperature_k = 300.0, to which it falls"),
-    ("relaxation.start_temperature_k", 30.0, " = 30.0: must be at least dem.temperature_k = 300.0, to which it falls"),
+    # steps and frames beyond the run or out of order
     ("dem.steps", 60001, " = 60001: must be a multiple of dem.frames - 1 = 120"),
     ("dem.thermo_every_steps", 300, " = 300: must divide the 500 steps between two frames"),
-    ("dem.pressure_damping_us", 14.0, ' = 14.0: must be at least 100 and at most 1e+06 with dem.barostat = "npt"'),
+    (
+        "dem.pressure_damping_us",
+        120.5,
+        " = 120.5: the box would collapse in 120.5 us: must be at least 1 and at most 120 with dem.barostat = "
+        '"berendsen", these particles, temperature and steps',
+    ),
     (
         "dem.barostat",
-        "berendsen",
-        'dem.pressure_damping_us = 20000.0: must be at least 1 and at most 1000 with dem.barostat = "berendsen"',
+        "npt",
+        "dem.pressure_damping_us = 14.0: the box would collapse in 0.002048 us: must be at least 1094 and at most "
+        '8.204e+05 with dem.barostat = "npt", these particles, temperature and steps',
     ),
     ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
     ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),

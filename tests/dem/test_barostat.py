@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from configurations import shipped
+from configurations import scaled, shipped
+from slurrycast.config.dem_checks import barostat
 from slurrycast.data.tables import read_table
 from slurrycast.dem.lammps_log import read_log
 from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps
@@ -26,14 +27,14 @@ SCRIPT_RUNS = {  # further variables of the scripts that continue the DEM from f
 def shrinking(tmp_path_factory, generate, dem_command):
     """Run the DEM of so many mass units, of about 80 particles each, while its box shrinks; its folder."""
 
-    def build(mass_units: float, **dem: object) -> Path:
+    def build(mass_units: float, scale: float = 1.0, **dem: object) -> Path:
         folder = tmp_path_factory.mktemp("shrinking")
-        config = shipped("config")
-        settings = {"steps": 36000, "segment_frames": 60, "thermo_every_steps": 10}
+        config = scaled(shipped("config"), scale)
+        settings = {"steps": 36000, "segment_frames": 60, "thermo_every_steps": 10, "temperature_k": 300.0 * scale**3}
         physics = {
-            "formulation": config["formulation"] | {"unit_mass_pg": 100.0},
+            "formulation": config["formulation"] | {"unit_mass_pg": 100.0 * scale**3},
             "force_field": config["force_field"],
-            "dem": config["dem"] | settings | {"barostat": "berendsen", "pressure_damping_us": DAMPING_US} | dem,
+            "dem": config["dem"] | settings | {"pressure_damping_us": DAMPING_US * scale} | dem,
             "slurry": {"mass_units": mass_units, "thickness_ratio": 1.2, "seed": 7},
         }
         generate(folder, physics)
@@ -66,6 +67,23 @@ def test_clock_of_npt_depends_on_the_number_of_particles(shrinking):
     """LAMMPS' barostat has a chain of thermostats whose mass does not grow with the particles."""
     small, large = (time_us(shrinking(units, barostat="npt", pressure_damping_us=2.0e4)) for units in (1.0, 5.0))
     assert large > 1.2 * small
+
+
+@pytest.mark.parametrize("scale", [0.1, 3.0, 10.0])
+def test_clock_of_berendsen_at_any_size_of_particles(shrinking, slurry, scale):
+    assert time_us(shrinking(1.0, scale)) == pytest.approx(scale * time_us(slurry), rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["berendsen", "npt"])
+@pytest.mark.parametrize("scale", [0.1, 1.0, 3.0, 10.0])
+def test_damping_that_does_not_suit_the_size_of_particles_is_refused(name, scale):
+    """LAMMPS' barostat has a mass that goes with k T, so that large particles fall in and small ones hardly move."""
+    config = scaled(shipped("config"), scale)
+    config["dem"] |= {"barostat": name} | ({"pressure_damping_us": 2.0e4} if name == "npt" else {})
+    refused = [line.partition(":")[0] for line in barostat(config, [])]
+    assert bool(refused) == ((name, scale) in [("berendsen", 0.1), ("npt", 0.1), ("npt", 10.0)])
+    config["dem"]["pressure_damping_us"] *= scale if name == "berendsen" else scale**2.5
+    assert not list(barostat(config, []))
 
 
 @pytest.mark.parametrize("script", SCRIPT_RUNS)

@@ -223,7 +223,7 @@ def test_launcher_that_starts_copies_of_one_rank_is_noticed(folder, variables, p
     [
         ({"data": "missing.data"}, "missing.data"),
         ({"coefficients": "push_off.lmp"}, "ERROR"),
-        ({"timestep_us": 5.0}, "ERROR"),
+        ({"timestep_us": 5.0}, "NaN or infinite values"),
     ],
     ids=["missing file", "wrong coefficients", "exploding"],
 )

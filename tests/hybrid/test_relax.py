@@ -11,7 +11,7 @@ from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.periodic import wrap
 from structures import frame
 
-SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_us": 200.0, "start_temperature_k": 3.0e4}
+SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_steps": 1500, "start_thermal_share": 2.5e-4}
 PARTICLES = ("id", "type", "phase", "size_class", "radius_um", "mass_pg")
 
 

@@ -33,7 +33,10 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "formulation.phases force_field.granular_hertz.normal_stiffness_kpa dem.timestep_us dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
-    dem_checks.barostat: "dem.barostat dem.pressure_damping_us",
+    dem_checks.barostat: (
+        "dem.barostat dem.pressure_damping_us dem.timestep_us dem.steps dem.temperature_k dem.pressure_kpa "
+        "formulation.phases formulation.unit_mass_pg formulation.initial_packing_fraction"
+    ),
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
     surrogate_checks.roles: "slurries surrogate.model",
@@ -53,7 +56,6 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     surrogate_checks.model_of_this_run: "run surrogate.model",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
-    dem_checks.cooling: "relaxation.start_temperature_k dem.temperature_k",
     surrogate_checks.steps_of: "relaxation.steps_of surrogate.names evaluation.surrogates",
     dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",

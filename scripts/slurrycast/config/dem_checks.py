@@ -14,8 +14,10 @@ from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, recipe
 
-# Of the damping time: with less the box falls in or the DEM ends in NaN, with more it hardly moves.
-DAMPING_US = {"npt": (100.0, 1.0e6), "berendsen": (1.0, 1000.0)}
+# Steps in which the box collapses while no particle resists: with fewer the DEM ends in NaN or lost particles, or, with
+# Berendsen's barostat, the box swings. NPT gives way as soon as particles do.
+LEAST_COLLAPSE_STEPS = {"npt": 80, "berendsen": 500}
+LARGE_MASS_UNITS = 1e6  # at which whole numbers of particles follow the fractions
 SUM_TOLERANCE = 1e-6  # for fractions that sum to 1: room for thirds written with seven digits
 
 
@@ -139,13 +141,23 @@ def timestep(config: Mapping, _) -> Iterator[str]:
 
 
 def barostat(config: Mapping, _) -> Iterator[str]:
-    """The damping time is one of the chosen barostat."""
-    name, damping_us = config["dem"]["barostat"], config["dem"]["pressure_damping_us"]
-    least, most = DAMPING_US[name]
-    if not least <= damping_us <= most:
+    """The box collapses neither in a few steps nor later than the run ends."""
+    dem, formulation = config["dem"], config["formulation"]
+    name, damping_us = dem["barostat"], dem["pressure_damping_us"]
+    per_damping = 1.0
+    if name == "npt":
+        # The strain accelerates by pressure x volume over the barostat's mass, N k T damping^2.
+        types = recipe.particle_types(formulation["phases"])
+        counts = recipe.particle_counts(types, LARGE_MASS_UNITS * formulation["unit_mass_pg"])
+        volume_um3 = recipe.mean_volume_um3(types, counts) / formulation["initial_packing_fraction"]
+        per_damping = math.sqrt(forcefield.thermal_share(dem["temperature_k"], dem["pressure_kpa"], volume_um3))
+    least_us = LEAST_COLLAPSE_STEPS[name] * dem["timestep_us"] / per_damping
+    most_us = dem["steps"] * dem["timestep_us"] / per_damping
+    if not least_us <= damping_us <= most_us:
         yield (
-            f"dem.pressure_damping_us = {shown(damping_us)}: must be at least {least:g} and at most {most:g} with "
-            f"dem.barostat = {shown(name)}"
+            f"dem.pressure_damping_us = {shown(damping_us)}: the box would collapse in {damping_us * per_damping:.4g} "
+            f"us: must be at least {least_us:.4g} and at most {most_us:.4g} with dem.barostat = {shown(name)}, these "
+            "particles, temperature and steps"
         )
 
 
@@ -197,16 +209,6 @@ def convergence(config: Mapping, _) -> Iterator[str]:
                 f"convergence.timesteps_us: {shown(step)}: must divide dem.timestep_us x dem.thermo_every_steps = "
                 f"{interval_us:.6g} us"
             )
-
-
-def cooling(config: Mapping, _) -> Iterator[str]:
-    """A relaxation cools to the temperature of the DEM, or stays there."""
-    start_k, end_k = config["relaxation"]["start_temperature_k"], config["dem"]["temperature_k"]
-    if start_k < end_k:
-        yield (
-            f"relaxation.start_temperature_k = {shown(start_k)}: must be at least dem.temperature_k = "
-            f"{shown(end_k)}, to which it falls"
-        )
 
 
 def rdf_pair(config: Mapping, _) -> Iterator[str]:

@@ -8,6 +8,7 @@ import numpy as np
 from slurrycast.dem.recipe import ParticleType
 
 POISSON_RATIO = 0.3  # enters the Rayleigh time alone; usual for oxides
+BOLTZMANN_FJ_K = 1.3806504e-8  # of LAMMPS' units micro
 
 
 def _pairs(types: Sequence[ParticleType]) -> Iterator[tuple[int, int, float, float]]:
@@ -56,6 +57,11 @@ def push_off_coefficients(types: Sequence[ParticleType]) -> str:
     lines = ["# pair_coeff i j prefactor(fJ) cutoff(um)"]
     lines += [f"pair_coeff {i} {j} 1.0 {mean:.10g}" for i, j, mean, _ in _pairs(types)]
     return "\n".join(lines) + "\n"
+
+
+def thermal_share(temperature_k: float, pressure_kpa: float, volume_um3: float) -> float:
+    """k T over pressure x volume per particle; 1 kPa um3 = 1 fJ."""
+    return BOLTZMANN_FJ_K * temperature_k / (pressure_kpa * volume_um3)
 
 
 def rayleigh_time_us(types: Sequence[ParticleType], normal_stiffness_kpa: float) -> float:

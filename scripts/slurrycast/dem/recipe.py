@@ -100,6 +100,11 @@ def mass_fractions(types: Sequence[ParticleType], counts: np.ndarray) -> dict[st
     return {phase: float(masses[[t.phase == phase for t in types]].sum() / masses.sum()) for phase in phases}
 
 
+def mean_volume_um3(types: Sequence[ParticleType], counts: np.ndarray) -> float:
+    """Mean volume in um3 of a particle in a slurry with these numbers of particles (types,)."""
+    return float(np.average([t.volume_um3 for t in types], weights=counts))
+
+
 def box_edges_um(volume_um3: float, thickness_ratio: float) -> np.ndarray:
     """Edges (3,) in um of a box with a square base, Lz = `thickness_ratio` Lx, and the given volume."""
     base = np.cbrt(volume_um3 / thickness_ratio)
