@@ -3,8 +3,9 @@
 In: a frame store (HDF5) of the DEM, or those of the predicted and of the relaxed structure.
 Out: two tables (CSV), with the surrogate (`-` for the DEM), the slurry and the stage (target, predicted or relaxed):
 of quantities (particles, density_g_cm3, mean contacts coordination_all and coordination_<A>-<B> of an A particle with B
-particles, overlap_mean and overlap_max as shares of Ri + Rj, packing_nominal and packing_union), and of g(r) for `all`
-and every pair of phases: r_um, the centre of the bin, and g. The bin width is cutoff / bins; the range ends at
+particles, share_below_4_contacts, overlap_mean and overlap_max as shares of Ri + Rj, packing_nominal and packing_union,
+coarseness_<w>um_<A> of phase A in windows of 2 and 4 um that fit into the box), and of g(r) for `all` and every pair of
+phases: r_um, the centre of the bin, and g. The bin width is cutoff / bins; the range ends at
 min(cutoff, 0.49 x the shortest edge of the structure's own box).
 """
 

@@ -41,6 +41,7 @@ def test_coordination_shells_of_rock_salt(radius_um, same, other):
     assert measures["coordination_A-A"] == measures["coordination_B-B"] == same
     assert measures["coordination_A-B"] == other
     assert measures["coordination_all"] == same + other
+    assert measures["share_below_4_contacts"] == (same + other < 4)
     assert measures["overlap_max"] == pytest.approx(max(0, 1 - 0.5 / radius_um))
     assert measures["density_g_cm3"] == pytest.approx(2)
     assert measures["packing_nominal"] == pytest.approx(4 / 3 * np.pi * radius_um**3)
@@ -61,6 +62,13 @@ def test_coordination_and_packing_of_a_face_centred_cubic_lattice():
     height_um = 0.01 * touch_um
     caps_um3 = 12 * np.pi * height_um**2 * (3 * 1.01 * touch_um - height_um) / 3
     assert measures["packing_nominal"] - measures["packing_union"] == pytest.approx(4 * caps_um3)
+
+
+def test_particles_with_few_contacts():
+    # A particle between four others that do not touch each other, and one alone.
+    position_um = np.array([[0.0, 0, 0], [0.9, 0, 0], [-0.9, 0, 0], [0, 0.9, 0], [0, -0.9, 0], [3, 3, 3]])
+    measures = structure_measures(position_um, LOWER_UM, EDGES_UM, particles(np.ones(6, dtype=int), 0.5, NAMES))
+    assert measures["share_below_4_contacts"] == pytest.approx(5 / 6)
 
 
 def test_a_pair_of_two_phases_counts_the_neighbours_of_the_first_one():

@@ -14,7 +14,8 @@ CUTOFF_UM, BINS = 7.0, 120
 PAIRS = ["all", "BDPD-BDPD", "BDPD-NiO", "BDPD-8YSZ", "NiO-NiO", "NiO-8YSZ", "8YSZ-8YSZ"]
 COORDINATION = [f"coordination_{pair}" for pair in PAIRS]
 OVERLAP_AND_PACKING = ["overlap_mean", "overlap_max", "packing_nominal", "packing_union"]
-QUANTITIES = ["particles", "density_g_cm3", *COORDINATION, *OVERLAP_AND_PACKING]
+COARSENESS = [f"coarseness_2um_{phase}" for phase in ("BDPD", "NiO", "8YSZ")]
+QUANTITIES = ["particles", "density_g_cm3", *COORDINATION, "share_below_4_contacts", *OVERLAP_AND_PACKING, *COARSENESS]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Measures of a packed structure: contacts, overlaps and packing fractions.
+"""Measures of a packed structure: contacts, overlaps, packing fractions and the fluctuation of composition.
 
 Neighbours are searched by freud on one thread. It computes in float32, so contacts are searched a little further than
 the particles reach and then decided in float64: they are those of the DEM.
@@ -8,12 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slurrycast.analysis.coarseness import WINDOWS_UM, coarseness
 from slurrycast.analysis.rdf import MAX_SHARE_OF_EDGE, phase_pairs
 from slurrycast.data.frames import Particles
 from slurrycast.data.neighbour_search import SEARCH_MARGIN, candidate_pairs
 from slurrycast.data.periodic import minimum_image
 from slurrycast.dem.recipe import sphere_volume_um3
 from slurrycast.runtime.files import InputError
+
+# Spheres with fewer contacts are not held in place by their neighbours: three dimensions take four.
+FEW_CONTACTS = 4
 
 
 @dataclass(frozen=True)
@@ -103,10 +107,12 @@ def structure_measures(
     density_g_cm3       mass of all particles over the volume of the box
     coordination_all    mean number of contacts of a particle; a contact is a distance below Ri + Rj
     coordination_<A>-<B>    mean number of contacts of an A particle with B particles
+    share_below_4_contacts  share of the particles with fewer than four contacts, of the number of all
     overlap_mean, overlap_max   of 1 - distance / (Ri + Rj) over all contacts, 0 where there is none
     packing_nominal     volumes of all spheres over that of the box
     packing_union       the same less the lenses that touching spheres share. Volume shared by three spheres is taken
                         off once too often, so this is a lower bound; it is close while overlaps are small.
+    coarseness_<w>um_<A>    `coarseness` of phase A in windows of w um, for those of `WINDOWS_UM` that fit
 
     Raises
     ------
@@ -131,9 +137,17 @@ def structure_measures(
         # From both ends of each contact; that of two A particles is one more for each of them.
         ends = np.sum(a[first] & b[second]) + np.sum(a[second] & b[first])
         measures[f"coordination_{pair}"] = float(ends / a.sum())
-    return measures | {
+    contacts_of_each = np.bincount(np.concatenate([first, second]), minlength=len(particles))
+    fluctuations = {
+        f"coarseness_{window_um:g}um_{phase}": value
+        for window_um in WINDOWS_UM
+        for phase, value in coarseness(position_um, lower_um, edges_um, particles, window_um).items()
+    }
+    of_contacts = {
+        f"share_below_{FEW_CONTACTS}_contacts": float(np.mean(contacts_of_each < FEW_CONTACTS)),
         "overlap_mean": float(overlap.mean()) if len(overlap) else 0.0,
         "overlap_max": float(overlap.max(initial=0.0)),
         "packing_nominal": spheres_um3 / volume_um3,
         "packing_union": (spheres_um3 - lenses_um3) / volume_um3,
     }
+    return measures | of_contacts | fluctuations
