@@ -83,32 +83,48 @@ def test_spread_of_replicas_falls_with_the_square_root_of_their_number():
     assert noise.spread("q", 100) == pytest.approx(sds[1], rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("particles", "sd", "rdf", "floor_um2"),
-    [
-        (1000, 0.004, 0.06, 0.003),
-        (250, 0.008, 0.12, 0.003),
-        (1960, 0.004 * (1000 / 1960) ** 0.5, 0.06 * (1000 / 1960) ** 0.5, 0.003),  # below 2000, the middle in log
-        (2040, 0.001 * (4000 / 2040) ** 0.5, 0.02 * (4000 / 2040) ** 0.5, 0.007),
-        (4000, 0.001, 0.02, 0.007),
-        (16000, 0.0005, 0.01, 0.007),
-    ],
-)
-def test_other_sizes_are_scaled_from_the_nearer_slurry(particles, sd, rdf, floor_um2):
+def test_scatter_is_pooled_over_the_sizes_and_floors_are_not():
+    """Variance x particles: 0.016 and 0.004 of 5 runs each, and RDF differences x sqrt(particles)."""
     noise = Noise(Path("noise.csv"), TABLE)
-    assert noise.spread("density_g_cm3", particles) == pytest.approx(sd)
-    assert noise.rdf_spread("all", particles, CURVES, 3) == pytest.approx(rdf)
-    assert noise.floor_um2(particles) == floor_um2
+    rdf = (0.06 * 1000**0.5 + 0.02 * 4000**0.5) / 2
+    for particles, floor_um2 in ((250, 0.003), (1960, 0.003), (2040, 0.007), (16000, 0.007)):  # 2000: the middle in log
+        assert noise.spread("density_g_cm3", particles) == pytest.approx((0.01 / particles) ** 0.5)
+        assert noise.rdf_spread("all", particles, CURVES, 3) == pytest.approx(rdf / particles**0.5)
+        assert noise.floor_um2(particles) == floor_um2
+
+
+def test_pooled_slurries_count_by_their_degrees_of_freedom():
+    rows = TABLE[TABLE.quantity == "density_g_cm3"].assign(runs=[3, 9])
+    one = ("3", 500, "density_g_cm3", 1, 2.25, np.nan)  # scatters with nothing
+    noise = Noise(Path("noise.csv"), pd.concat([rows, pd.DataFrame([one], columns=COLUMNS)]))
+    assert noise.spread("density_g_cm3", 1000) == pytest.approx(((2 * 0.016 + 8 * 0.004) / 10 / 1000) ** 0.5)
+    curves = {("6", "all"): CURVES["6", "all"], ("2", "all"): [curve([0] * 3), curve([0] * 3), curve([0.3] * 3)]}
+    pooled = (0.06 * 1000**0.5 + 2 * 0.2 * 4000**0.5) / 3
+    assert Noise(Path("noise.csv"), TABLE).rdf_spread("all", 1, curves, 3) == pytest.approx(pooled)
+
+
+def test_pooled_scatter_is_that_of_all_sizes():
+    """Replicas of two sizes, drawn with variance 1 / particles: the pooled variance has no bias at any size."""
+    rng = np.random.default_rng(4)
+    variances = []
+    for _ in range(500):
+        rows = [(name, n, "q", 4, *mean_and_sd(rng.normal(size=4) / n**0.5)) for name, n in (("a", 600), ("b", 3000))]
+        variances.append(Noise(Path("noise.csv"), pd.DataFrame(rows, columns=COLUMNS)).spread("q", 1200) ** 2)
+    assert np.mean(variances) * 1200 == pytest.approx(1, abs=4 * np.std(variances) * 1200 / 500**0.5)
+    assert np.std(variances) * 1200 == pytest.approx((2 / 6) ** 0.5, rel=0.1)  # six degrees of freedom
 
 
 def test_rdf_spread_is_over_the_bins_compared():
     noise = Noise(Path("noise.csv"), TABLE)
-    by_bins = [noise.rdf_spread("all", 1000, CURVES, bins) for bins in (2, 3, 4, 5, 9)]
+    of_one = {("6", "all"): CURVES["6", "all"]}
+    by_bins = [noise.rdf_spread("all", 1000, of_one, bins) for bins in (2, 3, 4, 5, 9)]
     assert by_bins == pytest.approx([0.06, 0.06, 0.045, 0.036, 0.036])  # the replicas end after 5
-    with pytest.raises(InputError, match="slurry 6: RDF all of 0 replicas, needed are two or more"):
-        noise.rdf_spread("all", 1000, {("2", "all"): CURVES["2", "all"]}, 3)
-    with pytest.raises(InputError, match=r"noise\.csv: no rdf_NiO-NiO"):
+    longer = {("2", "all"): [curve([1.0] * 7), curve([1.5] * 7)]}
+    assert noise.rdf_spread("all", 4000, of_one | longer, 7) == pytest.approx(0.5)  # only these have seven bins
+    with pytest.raises(InputError, match="RDF NiO-NiO: no slurry with the curves of two replicas"):
         noise.rdf_spread("NiO-NiO", 1000, CURVES, 3)
+    with pytest.raises(InputError, match="RDF all: no slurry with the curves of two replicas"):
+        noise.rdf_spread("all", 1000, {("6", "all"): CURVES["6", "all"][:1]}, 3)
 
 
 def test_curves_belong_to_the_slurry_that_is_replicated():
@@ -143,7 +159,8 @@ def test_rdf_noise_of_a_larger_box_is_that_of_its_own_range():
 def test_a_quantity_without_noise_is_named(tmp_path):
     (tmp_path / "noise.csv").write_text(TABLE[:2].to_csv(index=False))
     noise = read_noise(tmp_path / "noise.csv")
-    assert noise.spread("density_g_cm3", 1000) == 0.004
+    assert noise.spread("density_g_cm3", 1000) == pytest.approx(0.004)
+    assert np.isnan(noise.spread("coarseness_4um_NiO", 1000))
     with pytest.raises(InputError, match=r"noise\.csv: no perturbation_floor_um2"):
         noise.floor_um2(1000)
     (tmp_path / "noise.csv").write_text(TABLE.drop(columns="sd").to_csv(index=False))
@@ -160,6 +177,6 @@ def test_skill_is_linear_between_affine_and_floor(floor_um2, to_win_um2, share):
     assert skill(mse_um2, affine_um2, floor_um2) == pytest.approx(1 - share, rel=1e-6, abs=1e-6)
 
 
-def test_no_skill_is_defined_where_affine_is_at_the_limit():
+def test_no_skill_is_defined_where_affine_is_at_the_floor():
     assert np.isnan(skill(0.1, 0.2, 0.2))
     assert np.isnan(skill(0.1, 0.2, 0.3))

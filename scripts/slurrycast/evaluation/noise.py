@@ -1,7 +1,8 @@
 """Noise of the DEM itself, the unit of errors: spread of replicas, floor of perturbed runs, and the skill.
 
 Replicas are DEM runs of one slurry with other seeds; a perturbed run is a DEM run continued from the last input frame
-with positions displaced by a tiny length. Both exist for a few slurries; other sizes are scaled from the nearest one.
+with positions displaced by a tiny length. Both exist for a few slurries. For all sizes, the scatter of all replicas is
+pooled and scaled; the floor is that of the nearest size.
 """
 
 import re
@@ -101,12 +102,17 @@ def skill(mse_um2: float, mse_affine_um2: float, floor_um2: float) -> float:
     Parameters
     ----------
     mse_um2, mse_affine_um2, floor_um2
-        Errors of the prediction and of the affine map, and the floor that the DEM itself sets.
+        Errors of the prediction and of the affine map, and the floor: the error of one perturbed run of the DEM.
 
     Returns
     -------
-    0 for a prediction as good as the affine map, negative for a worse one, 1 at the floor; NaN if the affine map itself
-    is at the floor.
+    0 for a prediction as good as the affine map, negative for a worse one, 1 for one as near as a perturbed run; NaN if
+    the affine map itself is as near.
+
+    Notes
+    -----
+    Skill can exceed 1. Two runs of an ensemble scatter about its mean, so the mean is nearer to each of them than they
+    are to each other: its MSE is half the floor if they are independent.
     """
     room_um2 = mse_affine_um2 - floor_um2
     return 1 - (mse_um2 - floor_um2) / room_um2 if room_um2 > 0 else np.nan
@@ -119,15 +125,8 @@ class Noise:
     path: Path
     table: pd.DataFrame
 
-    def _nearest(self, quantity: str, particles: int) -> pd.Series:
-        """Row of the slurry nearest in log(particles); the first one of two that are equally near."""
-        rows = self.table[self.table.quantity == quantity]
-        if rows.empty:
-            raise InputError(f"{self.path}: no {quantity}, the noise is needed of one slurry at least")
-        return rows.loc[np.abs(np.log(rows.particles / particles)).idxmin()]
-
     def spread(self, quantity: str, particles: int) -> float:
-        """Standard deviation of a quantity between DEM runs with other seeds, scaled with particles^-1/2.
+        """Standard deviation of a quantity between DEM runs with other seeds.
 
         Parameters
         ----------
@@ -135,9 +134,21 @@ class Noise:
             Any but an RDF, whose noise depends on the bins that are compared: `rdf_spread`.
         particles
             Number of particles of the slurry.
+
+        Returns
+        -------
+        Standard deviation; NaN where no two replicas of a slurry have the quantity, such as windows too large for them.
+
+        Notes
+        -----
+        The scatter falls with particles^-1/2, so variance x particles is one quantity, of which each replicated slurry
+        is an estimate. It is pooled: the mean weighted by degrees of freedom, which are the runs less one.
         """
-        row = self._nearest(quantity, particles)
-        return float(row["sd"] * np.sqrt(row["particles"] / particles))
+        rows = self.table[(self.table.quantity == quantity) & self.table.sd.notna()]
+        if rows.empty:
+            return np.nan
+        variance = np.average(rows.particles * rows.sd**2, weights=rows.runs - 1)
+        return float(np.sqrt(variance / particles))
 
     def rdf_spread(self, pair: str, particles: int, replica_curves: Mapping, bins: int) -> float:
         """Mean difference of g(r) of a pair between two DEM runs of one slurry.
@@ -147,26 +158,44 @@ class Noise:
         pair, particles
             Name of the pair, and the number of particles of the slurry.
         replica_curves
-            Curves (columns r_um, g) of all replicas by (replicated slurry, pair). Those of the nearest size are
-            taken and scaled with particles^-1/2.
+            Curves (columns r_um, g) of all replicas by (replicated slurry, pair).
         bins
-            Number of bins from r = 0 that are compared, as far as the replicas reach. The mean in the table is over
-            another range: noise falls with r, as shells hold more particles.
+            Number of bins from r = 0 that are compared. The mean in the table is over another range: noise falls with
+            r, as shells hold more particles.
 
         Raises
         ------
         InputError
-            If there are less than two curves.
+            If no replicated slurry has two curves of the pair.
+
+        Notes
+        -----
+        Pooled like `spread`, difference x particles^1/2, over the replicated slurries whose curves have all `bins`;
+        where none has, over those that reach farthest.
         """
-        row = self._nearest(f"{RDF_PREFIX}{pair}", particles)
-        curves = replica_curves.get((row["slurry"], pair), [])
-        if len(curves) < 2:
-            raise InputError(f"slurry {row['slurry']}: RDF {pair} of {len(curves)} replicas, needed are two or more")
-        return float(rdf_spread([curve[:bins] for curve in curves])[0] * np.sqrt(row["particles"] / particles))
+        sizes = self.table.drop_duplicates("slurry").set_index("slurry").particles
+        known = {slurry: curves for (slurry, of), curves in replica_curves.items() if of == pair and len(curves) > 1}
+        if not known:
+            raise InputError(f"RDF {pair}: no slurry with the curves of two replicas")
+        reach = {slurry: min(bins, *map(len, curves)) for slurry, curves in known.items()}
+        chosen = [slurry for slurry in known if reach[slurry] == max(reach.values())]
+        scaled = [
+            rdf_spread([curve[: reach[slurry]] for curve in known[slurry]])[0] * np.sqrt(sizes[slurry])
+            for slurry in chosen
+        ]
+        runs = np.array([len(known[slurry]) for slurry in chosen])
+        return float(np.average(scaled, weights=runs - 1) / np.sqrt(particles))
 
     def floor_um2(self, particles: int) -> float:
-        """Floor of the MSE (um2), that of the nearer slurry as it is."""
-        return float(self._nearest(FLOOR, particles)["mean"])
+        """Floor of the MSE (um2): that of the slurry nearest in log(particles), the first of two equally near ones.
+
+        It is the deviation of one perturbed run, not the least that is possible: see `skill`. InputError if the table
+        has no floor.
+        """
+        rows = self.table[self.table.quantity == FLOOR]
+        if rows.empty:
+            raise InputError(f"{self.path}: no {FLOOR}, needed is one of one slurry at least")
+        return float(rows["mean"].loc[np.abs(np.log(rows.particles / particles)).idxmin()])
 
 
 def curves_of_replicas(curves: pd.DataFrame) -> dict[tuple[str, str], list[pd.DataFrame]]:
