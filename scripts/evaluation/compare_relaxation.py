@@ -7,8 +7,8 @@ Out: a table (CSV) of one row a surrogate, slurry and number of steps: overlap_m
 (Ri + Rj) over the contacts of the prediction, before relaxation), density_error (density / density of the DEM - 1),
 density_in_sd (its size in standard deviations of DEM runs with other seeds), rdf_in_spread (mean |g - g_dem| of all
 particles over the mean difference between two such runs, over the bins that the DEM and all relaxations of the
-prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, RDF within
---rdf-tolerance.
+prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, and the systematic
+part of the RDF within 2 of those of g, which is an rdf_in_spread of at most sqrt(3) (see `verdicts.in_noise`).
 """
 
 import json
@@ -52,7 +52,6 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--replica-rdf", "curves of the replicas that the noise is of (CSV)", nargs="+")
     parser.add_value("--cutoff-um", "longest distance wanted, um, as of the curves", type=float)
     parser.add_value("--bins", "number of bins up to --cutoff-um, as of the curves", type=int)
-    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_output("--table", "table of all relaxations (CSV)")
     parser.one_each("relaxed", "relaxation_costs")
 
@@ -85,9 +84,7 @@ def main(args: Namespace) -> None:
             stages[stages.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
         )
         dem = Structure(density_g_cm3, curve)
-        errors = relaxation_errors(
-            by_steps, dem, particles[surrogate, slurry], noise, replica_curves, args.rdf_tolerance
-        )
+        errors = relaxation_errors(by_steps, dem, particles[surrogate, slurry], noise, replica_curves)
         names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
         tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))
     table = pd.concat(tables)

@@ -5,8 +5,9 @@ noise of the DEM (CSV) and the curves of its replicas (CSV).
 Out: a table (CSV) of one row a surrogate, slurry, stage and quantity: its value, that of the DEM, and replica_sd, the
 standard deviation between DEM runs with other seeds. For rdf_<pair>, value is the mean |g - g_dem| over the bins that
 the DEM and all stages of the surrogate have, dem_value is 0, and replica_sd the mean difference between two such runs
-over the same bins, as far as the boxes of the replicas reach. replica_sd is that of the replicated slurry nearest in
-size, scaled with (number of particles)^-1/2.
+over the same bins, as far as the boxes of the replicas reach. replica_sd is pooled over all replicated slurries and
+scaled with (number of particles)^-1/2, and missing where no replica has the quantity. A quantity that only one of the
+two structures has, as windows do not fit into the other one's box, has no row.
 """
 
 from pathlib import Path
@@ -39,7 +40,9 @@ def error_rows(
     rdf = {}
     for pair, of_pair in curves.groupby("pair", sort=False):
         by_stage = dict(iter(of_pair.groupby("stage")))
-        of_dem = _of_dem(dem_curves, slurry, pair)
+        if (slurry, pair) not in dem_curves:
+            raise InputError(f"slurry {slurry}: no RDF {pair} of the DEM to compare with")
+        of_dem = dem_curves[slurry, pair]
         # The same for all stages, as in tables/rdf_errors.csv: the noise of g falls with r.
         bins = min(map(len, [of_dem, *by_stage.values()]))
         spread = noise.rdf_spread(pair, particles, replica_curves, bins)
@@ -49,20 +52,15 @@ def error_rows(
     for (*names, stage), of_stage in structure.groupby(keys, sort=False):
         measured = of_stage[of_stage.quantity != "particles"]
         compared = {
-            quantity: (value, _of_dem(dem, slurry, quantity), noise.spread(quantity, particles))
+            quantity: (value, dem[slurry, quantity], noise.spread(quantity, particles))
             for quantity, value in zip(measured.quantity, measured.value, strict=True)
+            if (slurry, quantity) in dem
         }
         compared |= {quantity: values for (of, quantity), values in rdf.items() if of == stage}
         rows += [
             dict(zip(COLUMNS, (*names, stage, quantity, *values), strict=True)) for quantity, values in compared.items()
         ]
     return rows
-
-
-def _of_dem(results: dict, slurry: str, name: str) -> float | pd.DataFrame:
-    if (slurry, name) not in results:
-        raise InputError(f"slurry {slurry}: no {name} of the DEM to compare with")
-    return results[slurry, name]
 
 
 def add_options(parser: Parser) -> None:

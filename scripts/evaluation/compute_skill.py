@@ -1,4 +1,4 @@
-"""Compute the skill of predictions: 0 as good as the affine map, 1 at the limit that the DEM itself sets.
+"""Compute the skill of predictions: 0 as good as the affine map, 1 as near as one perturbed run.
 
 In: pairs of frame stores (HDF5): a predicted structure, and the DEM frames of the same slurry with the target frame;
 the surrogate `affine` among them for every slurry. The noise of the DEM (CSV), with the floor of perturbed runs.

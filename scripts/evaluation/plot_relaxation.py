@@ -19,6 +19,7 @@ from slurrycast import surrogates
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import mean_errors
+from slurrycast.evaluation.verdicts import RDF_BAND
 from slurrycast.report.figures import FAINT, SURROGATE_MARKERS, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
@@ -44,16 +45,16 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
     plain_ticks(axes.yaxis, LogLocator(subs=(1, 2, 5)))
 
 
-def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
-    """Draw both panels; `table` is tables/relaxation.csv, `rdf_tolerance` the band of the RDF in replica spreads."""
+def draw_relaxation(table: pd.DataFrame) -> Figure:
+    """Draw both panels; `table` is tables/relaxation.csv."""
     labels = surrogates.main_labels(list(dict.fromkeys(table.surrogate)))
     colours = surrogate_colours(labels)
     figure = new_figure(10.0, 5.0)
     panels = figure.subplots(1, len(PANELS))
-    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": rdf_tolerance}
+    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": RDF_BAND}
     for axes, (column, (title, ylabel)) in zip(panels, PANELS.items(), strict=True):
         draw_panel(axes, mean_errors(table, column, labels), bands[column], colours)
-        axes.set(title=f"{title} (band: {bands[column]:g})", ylabel=ylabel)
+        axes.set(title=f"{title} (band: {bands[column]:.3g})", ylabel=ylabel)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 
@@ -61,7 +62,6 @@ def draw_relaxation(table: pd.DataFrame, rdf_tolerance: float) -> Figure:
 def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_tables("relaxation")
-    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_output("--figure", "PNG")
 
 
@@ -70,7 +70,7 @@ def main(args: Namespace) -> None:
     table = read_table(args.relaxation)
     if table.empty:
         raise InputError(f"{args.relaxation}: no relaxation in it")
-    save_figure(draw_relaxation(table, args.rdf_tolerance), args.figure)
+    save_figure(draw_relaxation(table), args.figure)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Plot the skill of every surrogate on each slurry: 0 is the affine map, 1 the limit that the perturbed runs set.
+"""Plot the skill of every surrogate on each slurry: 0 is the affine map, 1 as near as one perturbed run.
 
 In: tables/skill.csv; slurries without a floor have no skill and are left out.
 Out: PNG with one row for each surrogate: one numbered dot for each slurry and a bar at their median. Skills below the
@@ -38,7 +38,7 @@ def draw_skill(skill: pd.DataFrame) -> Figure:
             axes.plot(x, place, "<" if below else "o", color=colour, ms=6.5, markeredgecolor="none", clip_on=False)
             text = f"{point.slurry}: −{-point.skill:.1f}" if below else point.slurry
             axes.annotate(text, (x, place), xytext=(6, 0), textcoords="offset points", fontsize=7, va="center_baseline")
-    for x, name in ((0, "affine map"), (1, "perturbation floor")):
+    for x, name in ((0, "affine map"), (1, "perturbed run")):
         axes.axvline(x, color=INK, linestyle="--", linewidth=1.0, zorder=1)
         axes.annotate(name, (x, 1), (0, 4), ("data", "axes fraction"), "offset points", ha="center", fontsize=9)
     axes.hlines(np.arange(len(labels) - 1) + 0.5, 0, 1, FAINT, linewidth=0.7, transform=axes.get_yaxis_transform())

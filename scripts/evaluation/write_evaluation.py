@@ -1,7 +1,7 @@
 """Write evaluation.html: what the surrogates of a run are worth, in one file that opens without a network.
 
 In: the tables of the evaluation, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
-names: skill, structure, front, relaxation, uncertainty.
+names: verdicts, skill, front, relaxation, uncertainty.
 Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -13,7 +13,7 @@ from slurrycast.report.sections import evaluation_html
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import write_text
 
-TABLES = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
+TABLES = ("skill", "noise", "structure_errors", "verdicts", "front", "equal_cost", "cost_scaling", "article_costs")
 OPTIONAL_TABLES = ("ablation", "relaxation", "uncertainty")
 
 
@@ -21,8 +21,6 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_value("--run", "name of the run, for the title")
     parser.add_value("--networks", "labels to hold against affine and early_dem", nargs="*", default=[])
-    parser.add_value("--density-tolerance", "largest density error, as a share of the DEM's", type=float)
-    parser.add_value("--rdf-tolerance", "largest RDF difference, in replica spreads", type=float)
     parser.add_value("--relaxed-for", "JSON: steps of relaxation by label", type=json.loads)
     parser.add_tables("equilibrium", *TABLES)
     for name in OPTIONAL_TABLES:
@@ -38,8 +36,6 @@ def main(args: Namespace) -> None:
         run=args.run,
         roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
         networks=args.networks,
-        density_tolerance=args.density_tolerance,
-        rdf_tolerance=args.rdf_tolerance,
         relaxed_for=args.relaxed_for,
         **{name: read_table(getattr(args, name)) for name in TABLES},
         **{name: read_table(path) if (path := getattr(args, name)) else None for name in OPTIONAL_TABLES},

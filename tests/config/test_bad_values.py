@@ -96,7 +96,6 @@ OUT_OF_RANGE = {
     ),
     "evaluation.replicas": ("a whole number at least 2 and at most 1000", [1]),
     "evaluation.perturbation_um": ("a number at least 1e-08 and at most 0.0001", [0.001, 1e-09]),
-    "evaluation.rdf_tolerance": ("a number above 0 and at most 1000", [0]),
     "convergence.timesteps_us": (f"{A_LIST} two time steps from 1.0e-5 to 0.05, in {PICOSECONDS}", [[0.001]]),
     "convergence.timesteps_us[0]": ("a number at least 1e-05 and at most 0.05", [NAN, 2e-06]),
     "convergence.timesteps_us[1]": ("a number at least 1e-05 and at most 0.05", [2.0]),

@@ -11,17 +11,16 @@ from matplotlib.image import imsave
 from html_pages import Page
 from script_runs import run_script
 from slurrycast.evaluation.front import KEYS
-from slurrycast.evaluation.verdicts import deviations
+from slurrycast.evaluation.verdicts import judge, judged_rows
 from slurrycast.report import evaluation_statistics
 from slurrycast.report.evaluation_results import Evaluation
-from slurrycast.report.names import column_name, quantity_name
+from slurrycast.report.names import column_name, measure_name, quantity_name
 from slurrycast.report.sections import evaluation_html
 from slurrycast.report.verdict_statistics import (
     better_for_less,
     network_errors_at_equal_cost,
     network_skills,
-    ties,
-    tolerances,
+    noise_verdicts,
 )
 
 TEST, VALIDATION = ["1", "2", "3", "6"], ["V1"]
@@ -49,6 +48,15 @@ def structure_rows(surrogate: str, in_sd: float, slurries: list[str] | None = No
 def structure_table(in_sd: dict[str, float]) -> pd.DataFrame:
     rows = [row for surrogate, size in in_sd.items() for row in structure_rows(surrogate, size)]
     return pd.DataFrame(rows, columns=["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"])
+
+
+def verdict_table(structure_errors: pd.DataFrame) -> pd.DataFrame:
+    return judge(judged_rows(structure_errors, TEST))
+
+
+def with_structures(evaluation: Evaluation, structure_errors: pd.DataFrame) -> Evaluation:
+    """The same with other structures, and the verdicts on them."""
+    return replace(evaluation, structure_errors=structure_errors, verdicts=verdict_table(structure_errors))
 
 
 def skill_table(skills: dict[str, float]) -> pd.DataFrame:
@@ -95,19 +103,18 @@ def evaluation(tmp_path) -> Evaluation:
     scaling |= {"hybrid_exponent": 0.5, "hybrid_exponent_se": 0.04, "dem_exponent": 1.1, "dem_exponent_se": 0.02}
     pays = {"saved_s_per_slurry": 20.0, "slurries_to_pay_training": 18.0, "slurries_to_pay_training_and_dem": 31.0}
     figures = {}
-    for stem in ("skill", "structure", "front", "uncertainty"):
+    for stem in ("verdicts", "skill", "front", "uncertainty"):
         figures[stem] = tmp_path / f"{stem}.png"
         imsave(figures[stem], np.random.default_rng(0).random((20, 30, 3)))
     return Evaluation(
         run="unit",
         roles=ROLES | {"T1": "train"},
         networks=["net"],
-        density_tolerance=0.01,
-        rdf_tolerance=2.0,
         relaxed_for=dict.fromkeys(("persistence", "affine", "affine_f02", "early_dem_x2"), 3500) | {"net": 2000},
         skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
         noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
         structure_errors=structure_table(in_sd),
+        verdicts=verdict_table(structure_table(in_sd)),
         front=pd.DataFrame(front, columns=[*KEYS, "cost_share_of_full_dem", "density_error", "rdf_error"]),
         equal_cost=equal_cost_table(1.0),
         cost_scaling=pd.DataFrame(
@@ -130,14 +137,18 @@ def page_of(evaluation: Evaluation) -> Page:
 
 @pytest.mark.parametrize(
     ("skill", "verdict", "words"),
-    [(0.3, "better", "it adds to"), (0.0, "tie", "it ties"), (-0.3, "worse", "it is worse than")],
+    [
+        (0.3, "better", "it adds to the"),
+        (0.0, "not resolved", "no difference from the"),
+        (-0.3, "worse", "it is worse than the"),
+    ],
 )
 def test_skill_over_affine(evaluation, skill, verdict, words):
     evaluation = replace(evaluation, skill=skill_table({"affine": 0.0, "net": skill}))
     (entry,) = network_skills(evaluation)
     assert (entry["verdict"], entry["skills"].mean()) == (verdict, pytest.approx(skill, abs=1e-9))
     (sentence,) = [text for text in page_of(evaluation).all("li") if "mean skill" in text]
-    assert f"net has a mean skill of {skill:.2f} over" in sentence and f"{words} the affine map" in sentence
+    assert f"net has a mean skill of {skill:.2f} over" in sentence and f"{words} affine map" in sentence
 
 
 def test_without_a_floor_there_is_no_skill(evaluation):
@@ -152,7 +163,7 @@ def equal_cost(evaluation: Evaluation, ratio: float, notes: dict[str, str] | Non
     return entry["comparisons"], page_of(evaluation)
 
 
-@pytest.mark.parametrize(("ratio", "verdict"), [(0.5, "better"), (1.0, "tie"), (2.0, "worse")])
+@pytest.mark.parametrize(("ratio", "verdict"), [(0.5, "better"), (1.0, "not resolved"), (2.0, "worse")])
 def test_early_dem_at_equal_cost(evaluation, ratio, verdict):
     (comparison,), _ = equal_cost(evaluation, ratio)
     assert comparison["verdicts"] == [(verdict, ["coordinates", "density", "RDF"])]
@@ -190,7 +201,7 @@ def with_rival(evaluation, cost: float, gain_um2: list[float]) -> Evaluation:
         (0.29, [0.01, 0.02, 0.01, 0.02], True),
         (0.31, [0.01, 0.02, 0.01, 0.02], False),  # dearer
         (0.29, [-0.01, -0.02, -0.01, -0.02], False),  # worse
-        (0.29, [0.03, -0.02, 0.03, -0.02], False),  # a tie
+        (0.29, [0.03, -0.02, 0.03, -0.02], False),  # not resolved
         (0.29, [0.01, 0.02, np.nan, np.nan], False),  # too few slurries to judge
         (0.29, [0.05, np.nan, np.nan, np.nan], False),  # a lower mean, over an easy slurry alone
     ],
@@ -210,109 +221,56 @@ def test_a_network_is_no_rival_of_another(evaluation):
     assert [(entry["network"][0], entry["better"]) for entry in better_for_less(both)] == [("net", []), ("rival", [])]
 
 
-@pytest.mark.parametrize("label", ["early_dem_x2", "driven_dem"])
-def test_best_of_those_that_do_not_go_on_with_the_dem_leaves_out_all_that_do(evaluation, label):
-    """It has the lowest density error of all, and is not the best of the others."""
-    table = structure_table({"affine": 1.0, "net": 0.9, label: 0.1})
-    first, other = tolerances(replace(evaluation, structure_errors=table))
-    assert (first["surrogate"], first["of_all"]) == (label, True)
-    assert (other["surrogate"], other["of_all"]) == ("net", False)
-
-
-ALL_GROUPS = ["density", "RDF", "contacts", "mean overlap"]
-
-
-@pytest.mark.parametrize(
-    ("network", "affine", "verdict", "outcome", "within", "words"),
-    [
-        (1.0, 1.0, "tie", "tie", ALL_GROUPS, "affine ties net in density, RDF, contacts and mean overlap."),
-        (0.6, 1.7, "better", "mixed", ALL_GROUPS, "net against affine: better in density"),
-        (2.5, 0.5, "worse", "nothing", [], "net adds nothing to affine: worse in density"),
-    ],
-)
-def test_affine_and_relaxation_against_the_network(evaluation, network, affine, verdict, outcome, within, words):
-    evaluation = replace(evaluation, structure_errors=structure_table({"affine": affine, "net": network}))
-    (entry,) = ties(evaluation)
-    assert entry["verdicts"] == [(verdict, ALL_GROUPS)]
-    assert (entry["outcome"], entry["within_noise"]) == (outcome, within)
-    assert entry["in_sd"][0] == ("density", pytest.approx(network), pytest.approx(affine))
-    assert f"After relaxation, {words}" in page_of(evaluation).text
-
-
-def test_a_small_difference_on_every_slurry_is_no_tie_and_a_large_one_on_some_is(evaluation):
-    rows = structure_table({"affine": 1.0, "net": 1.1})
-    assert ties(replace(evaluation, structure_errors=rows))[0]["verdicts"] == [("worse", ALL_GROUPS)]
-    scattered = rows[(rows.surrogate == "net") & rows.slurry.isin(["1", "2"])].index
-    rows.loc[scattered, "value"] = rows.dem_value + 0.1 * (rows.value - rows.dem_value)
-    assert ties(replace(evaluation, structure_errors=rows))[0]["verdicts"] == [("tie", ALL_GROUPS)]
-
-
-def test_what_is_worse_comes_first(evaluation):
-    rows = structure_table({"affine": 1.0, "net": 0.5})
-    density = (rows.surrogate == "net") & (rows.quantity == "density_g_cm3")
-    rows.loc[density, "value"] = rows.dem_value + 6 * (rows.value - rows.dem_value)
-    (entry,) = ties(replace(evaluation, structure_errors=rows))
-    assert entry["verdicts"] == [("worse", ["density"]), ("better", ALL_GROUPS[1:])]
-
-
-def test_a_tie_takes_three_slurries(evaluation):
+def test_surrogates_inside_the_noise_are_named(evaluation):
+    """Off by 4 sd differs, by about 1 is equivalent, and by 1.5 give or take too much is not resolved."""
     rows = evaluation.structure_errors
-    evaluation = replace(evaluation, structure_errors=rows[rows.slurry.isin(["1", "2"])])
-    assert ties(evaluation)[0]["outcome"] == "unknown"
-    assert "After relaxation, net against affine: too few slurries to judge." in page_of(evaluation).text
+    scattered = (rows.surrogate == "affine_f02") & (rows.quantity == "coordination_all") & (rows.slurry == "1")
+    rows = rows.assign(value=rows.value.where(~scattered, rows.value + 3 * rows.replica_sd))
+    evaluation = with_structures(evaluation, rows)
+    found = noise_verdicts(evaluation)
+    assert found["inside"] == ["affine", "net", "early_dem_x2"]
+    by_label = {row[0]: row[1:] for row in found["rows"]}
+    worst = 4 * 1.1 * 0.005 / 2.24
+    assert by_label["persistence"][:2] == [3500, pytest.approx(4 * 0.005 / 2.24)]
+    assert by_label["persistence"][2] == (pytest.approx(worst), "2")
+    named = "density (1), coordination (1), overlap (1), RDF (2)"
+    assert by_label["persistence"][3:] == [0, 0, 5, named, "RDF, all particles (+5.5)"]
+    assert by_label["affine_f02"][3:6] == [4, 1, 0]
+    page = page_of(evaluation)
+    assert "Equivalent to the DEM in all judged measures: affine, net and early_dem_x2." in page.all("p")
+    assert page.all("h3")[0] == "Which relaxed structures are inside the noise of the DEM?"
 
 
-def test_packing_and_the_largest_overlap_are_not_averaged(evaluation):
+def test_when_none_is_inside_the_noise_or_judged_the_page_says_so(evaluation):
+    far = with_structures(evaluation, structure_table({"affine": 9.0, "net": 9.0}))
+    assert "No surrogate is equivalent to the DEM in all judged measures." in page_of(far).all("p")
     rows = evaluation.structure_errors
-    extra = rows[rows.quantity == "overlap_mean"]
-    others = [extra.assign(quantity=name, value=1e3) for name in ("overlap_max", "packing_nominal", "packing_union")]
-    assert ties(replace(evaluation, structure_errors=pd.concat([rows, *others]))) == ties(evaluation)
+    for unknown in (rows[rows.slurry.isin(["1", "2"])], rows.assign(replica_sd=np.nan)):
+        evaluation = with_structures(evaluation, unknown)
+        assert not noise_verdicts(evaluation)["judged"]
+        assert "None is judged: that takes 3 test slurries" in page_of(evaluation).text
 
 
-def test_without_replicas_nothing_is_in_their_units(evaluation):
-    unknown = replace(evaluation, structure_errors=evaluation.structure_errors.assign(replica_sd=np.nan))
-    assert ties(unknown)[0]["in_sd"] == []
-    assert tolerances(unknown)[0]["rdf_cases"] == []
-    text = page_of(unknown).text
-    assert "against the scatter of replicas is not known" in text
-    assert "2 replica spreads wanted: no test slurry to judge it on" in text
-
-
-def test_tolerances_are_met_by_the_best_of_the_validation_slurries(evaluation):
-    first, best = tolerances(evaluation)
-    assert (first["surrogate"], first["role"]) == ("early_dem_x2", "validation")
-    worst = 0.9 * 1.1 * 0.005 / 2.24
-    assert (best["surrogate"], best["missed_densities"], best["missed_rdf"]) == ("net", [], [])
-    assert best["largest_density"] == (pytest.approx(worst), "2")
-    text = page_of(evaluation).text
-    assert (
-        f"Density error of net, at most 1.00% wanted: met on all 4 test slurries, at most {worst:.2%} (slurry 2)"
-        in text
+def test_a_surrogate_without_coordinates_has_all_but_a_skill(evaluation):
+    """Like one that knows no places of single particles: structures and costs, no rows in skill.csv."""
+    rows = pd.concat([evaluation.structure_errors, structure_table({"direct": 0.5})])
+    front = evaluation.front[evaluation.front.surrogate == "net"].assign(
+        surrogate="direct", cost_share_of_full_dem=0.05
     )
-    assert "met for all pairs on all 4 test slurries, at most 0.99" in text
-
-
-@pytest.mark.parametrize("further", [False, True])
-def test_missed_tolerances_are_named(evaluation, further):
-    rows = structure_table({"net": 1.0})
-    relaxed = rows.stage == "relaxed"
-    rows.loc[(rows.slurry == "6") & (rows.quantity == "density_g_cm3") & relaxed, "value"] = 2.24 * 0.97
-    missed = rows.quantity.str.startswith("rdf_") if further else rows.quantity == "rdf_NiO-8YSZ"
-    missed &= relaxed & (further | (rows.slurry == "2"))
-    rows.loc[missed, "value"] = rows.replica_sd * 3.21
-    evaluation = replace(evaluation, structure_errors=rows)
-    assert len(tolerances(evaluation)) == 1  # no early_dem: one choice
-    text = page_of(evaluation).text
-    assert "met on 3 of 4 test slurries, missed on slurry 6 (3.00%)" in text
-    met, named = (0, "(3.21) and 2 more.") if further else (7, "missed for NiO-8YSZ on slurry 2 (3.21)")
-    assert f"met in {met} of 8 cases (pair and test slurry), missed for" in text
-    assert named in text
-
-
-def test_without_validation_slurries_the_choice_is_said_to_be_the_tests(evaluation):
-    evaluation = replace(evaluation, roles=dict.fromkeys(TEST, "test"))
-    assert tolerances(evaluation)[0]["role"] == "test"
-    assert "without validation slurries it was chosen on the slurries that it is judged on" in page_of(evaluation).text
+    beside = equal_cost_table(1.0).assign(surrogate="direct", mse_um2=np.nan)
+    evaluation = replace(
+        with_structures(evaluation, rows),
+        networks=["net", "direct"],
+        relaxed_for={**evaluation.relaxed_for, "direct": 3500},
+        front=pd.concat([evaluation.front, front]),
+        equal_cost=pd.concat([evaluation.equal_cost, beside]),
+    )
+    assert "direct" in noise_verdicts(evaluation)["inside"]
+    assert [entry["verdict"] for entry in network_skills(evaluation)] == ["not resolved", None]
+    (compared,) = network_errors_at_equal_cost(evaluation)[1]["comparisons"]
+    assert [name for name, *_ in compared["errors"]] == ["density", "RDF"]
+    assert [entry["network"][0] for entry in better_for_less(evaluation)] == ["net"]
+    assert "direct: no test slurry has a skill." in page_of(evaluation).all("li")
 
 
 @pytest.mark.parametrize(
@@ -380,14 +338,6 @@ def test_no_negative_zero(evaluation):
     assert "-0.00" not in evaluation_html(replace(evaluation, skill=skill))
 
 
-def test_deviations():
-    table = pd.DataFrame({"value": [1.0, 1.0, 1.0], "dem_value": [1.5, 1.5, 0.0], "replica_sd": [0.25, 0.0, np.nan]})
-    table = deviations(table)
-    assert table.deviation.tolist() == [0.5, 0.5, 1.0]
-    assert table.in_sd[0] == 2.0
-    assert table.in_sd[1:].isna().all()
-
-
 def relaxation_table(within: dict[str, list[bool]]) -> pd.DataFrame:
     """tables/relaxation.csv: whether each surrogate is within the band after 500 and 3500 steps."""
     rows = [
@@ -417,6 +367,8 @@ def test_steps_that_each_surrogate_needs(evaluation):
 def test_words():
     assert quantity_name("rdf_NiO-8YSZ") == "RDF, NiO-8YSZ"
     assert quantity_name("coordination_all") == "coordination, all particles"
+    assert quantity_name("coarseness_2um_NiO_1") == "coarseness, NiO_1, 2 µm"
+    assert measure_name("density_g_cm3") == "density"
     assert column_name("validation_mse_um2") == "validation mse (µm²)"
     assert column_name("slurries") == "slurries"
     frame = pd.DataFrame({"surrogate": ["a"], "training_s": [1234.5], "share": [0.12345]})
@@ -432,7 +384,8 @@ def test_a_network_that_is_not_in_the_tables_is_noted(evaluation):
 
 
 def test_page_from_files(tmp_path, evaluation):
-    names = ("skill", "noise", "structure_errors", "front", "equal_cost", "cost_scaling", "article_costs")
+    names = ("skill", "noise", "structure_errors", "verdicts", "front", "equal_cost", "cost_scaling")
+    names += ("article_costs",)
     tables = {name: getattr(evaluation, name) for name in names}
     roles = pd.Series(evaluation.roles, name="role").rename_axis("slurry").reset_index()
     tables["equilibrium"] = roles.assign(warning="")
@@ -440,7 +393,7 @@ def test_page_from_files(tmp_path, evaluation):
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    options = {"run": "unit", "networks": "net", "density_tolerance": 0.01, "rdf_tolerance": 2}
+    options = {"run": "unit", "networks": "net"}
     options |= {"relaxed_for": json.dumps(evaluation.relaxed_for), "figures": [*evaluation.figures.values()]}
     for name, table in tables.items():
         options[name] = tmp_path / f"{name}.csv"
@@ -452,7 +405,7 @@ def test_page_from_files(tmp_path, evaluation):
     assert page.loads_nothing
     assert ["net", "6", "test", "0.71", "32.4%", "1.87", "97.2%", "0.42", "0.21", "0.345"] in page.rows
     for expected in (
-        "After relaxation, net against affine: better in density, RDF, contacts and mean overlap",
+        "Equivalent to the DEM in all judged measures: affine, net",
         "affine_f02",
         "The lowest MSE on the validation slurries is that of net, 0.0987 µm²",
         "A perturbed run of slurry 2 ends 0.0035 µm² (MSE) away from it",

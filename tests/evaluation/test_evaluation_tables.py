@@ -158,7 +158,6 @@ def replica_curves(tmp_path) -> list[Path]:
 
 
 def test_structural_errors(table, noise, replica_curves, tmp_path):
-    # 360 particles are nearer to 1000 than to 90 in the logarithm.
     dem = [structure_files(tmp_path, "-", s, {"target": (2.25, 1.0, 6)}, n) for s, n in (("1", 90), ("3", 360))]
     stages = {"predicted": (2.0, 0.5, 5), "relaxed": (2.24, 1.25, 8)}
     files = [structure_files(tmp_path, "vgg16", s, stages, n) for s, n in (("3", 360), ("1", 90))]
@@ -166,6 +165,9 @@ def test_structural_errors(table, noise, replica_curves, tmp_path):
         curves = read_table(path)
         curves.loc[(curves.stage == "relaxed") & (curves.r_um > 0.5), "g"] = 99
         curves.to_csv(path, index=False)
+    for path, quantity in ((files[0][0], "coarseness_4um_A"), (dem[1][0], "coarseness_2um_A")):  # of one structure only
+        rows = read_table(path)
+        pd.concat([rows, rows[-1:].assign(quantity=quantity)]).to_csv(path, index=False)
     (structure, rdf), (dem_structure, dem_rdf) = (zip(*paths, strict=True) for paths in (files, dem))
     compared = {"structure": structure, "rdf": rdf, "dem_structure": dem_structure, "dem_rdf": dem_rdf}
     rows = written("compare_structure", table, **compared, replica_rdf=replica_curves, noise=noise)
@@ -174,9 +176,9 @@ def test_structural_errors(table, noise, replica_curves, tmp_path):
     assert list(rows.iloc[:, :4].itertuples(index=False, name=None)) == list(keys)
     np.testing.assert_allclose(rows.value, [2.0, 0.5, 2.24, 0.25] * 2)
     np.testing.assert_allclose(rows.dem_value, [2.25, 0] * 4)
-    larger = np.sqrt(1000 / 360)
-    # 0.3 in four of the five bins that are compared; noise.csv has another range
-    sds = [0.002 * larger, 0.04 * larger] * 2 + [0.01, 0.24] * 2
+    # pooled over both sizes; of the RDF, 0.3 in four of the five bins that are compared: noise.csv has another range
+    pooled = [np.sqrt((90 * 0.01**2 + 1000 * 0.002**2) / 2), (90**0.5 * 0.24 + 1000**0.5 * 0.04) / 2]
+    sds = [sd / np.sqrt(particles) for particles in (360, 90) for sd in pooled * 2]
     np.testing.assert_allclose(rows.replica_sd, sds, rtol=1e-8)
 
 
@@ -184,9 +186,9 @@ def test_structural_errors_need_the_dem_its_replicas_and_matching_files(table, n
     dem = structure_files(tmp_path, "-", "1", {"target": (2.25, 1.0, 6)})
     one, two = (structure_files(tmp_path, "vgg16", slurry, {"relaxed": (2.0, 0.5, 4)}) for slurry in "12")
     for structure, rdf, said in (
-        (two[0], two[1], "slurry 2: no all of the DEM to compare with"),
+        (two[0], two[1], "slurry 2: no RDF all of the DEM to compare with"),
         (one[0], two[1], f"{two[1]}: not the curves of the structures in {one[0]}"),
-        (one[0], one[1], "slurry 2: RDF all of 0 replicas, needed are two or more"),
+        (one[0], one[1], "RDF all: no slurry with the curves of two replicas"),
     ):
         options = {"structure": structure, "rdf": rdf, "dem_structure": dem[0], "dem_rdf": dem[1], "noise": noise}
         assert refusal("compare_structure", table, **options) == f"error: {said}\n"
@@ -210,11 +212,11 @@ def relaxations(tmp_path, noise, replica_curves):
     rows = [names | {"stage": stage, "value": value} for stage, value in (("predicted", 0.03), ("relaxed", 0.01))]
     pd.concat([read_table(measured), pd.DataFrame(rows)]).to_csv(measured, index=False)
     of_dem = structure_files(tmp_path, "-", "1", {"target": (density + 0.015, 1.0, 6)}, 90)
-    read_table(of_dem[1]).assign(g=g + 0.5).to_csv(of_dem[1], index=False)
+    read_table(of_dem[1]).assign(g=g + 0.1).to_csv(of_dem[1], index=False)
     options = {"relaxed": stores, "relaxation_costs": write_costs(tmp_path, costs), "structure": measured}
     options |= {"noise": noise, "replica_rdf": replica_curves}
     options |= {"dem_structure": of_dem[0], "dem_rdf": of_dem[1]}
-    return options | {"cutoff_um": 0.6, "bins": 6, "rdf_tolerance": 3}
+    return options | {"cutoff_um": 0.6, "bins": 6}
 
 
 def test_relaxations_of_several_lengths(table, relaxations):
@@ -226,10 +228,12 @@ def test_relaxations_of_several_lengths(table, relaxations):
     np.testing.assert_allclose(rows.overlap_mean_predicted, 0.03)
     density = 90 * 2.0 / np.prod(EDGES_UM)
     np.testing.assert_allclose(rows.density_error, -0.015 / (density + 0.015), rtol=1e-6)
-    np.testing.assert_allclose(rows.density_in_sd, 1.5, rtol=1e-6)
-    # 0.5 everywhere, over 0.3 in four of the six bins
-    assert rows.rdf_in_spread[1] == pytest.approx(0.5 / 0.2, rel=1e-6)
-    assert rows.rdf_in_spread[0] != pytest.approx(0.5 / 0.2, rel=1e-3)
+    sd = np.sqrt((90 * 0.01**2 + 1000 * 0.002**2) / 2 / 90)
+    np.testing.assert_allclose(rows.density_in_sd, 0.015 / sd, rtol=1e-6)
+    # 0.1 everywhere, over the pooled noise of six bins: 0.3 in four of them, and 0.04 in all
+    spread = (0.2 + 0.04 * np.sqrt(1000 / 90)) / 2
+    assert rows.rdf_in_spread[1] == pytest.approx(0.1 / spread, rel=1e-6)
+    assert rows.rdf_in_spread[0] != pytest.approx(0.1 / spread, rel=1e-3)
     assert list(rows.cpu_s) == [3.0, 7.0]
     assert rows.within_band[1]
 

@@ -175,7 +175,7 @@ def test_skill_below_the_axis_is_written(tmp_path):
     )
     figure = plot_skill.draw_skill(skill)
     axes = figure.axes[0]
-    assert texts(axes.texts) == ["1: −6.5", "2", "1", "2", "affine map", "perturbation floor"]
+    assert texts(axes.texts) == ["1: −6.5", "2", "1", "2", "affine map", "perturbed run"]
     assert texts(axes.get_yticklabels()) == ["persistence", "affine"]
     dots = [line.get_xdata()[0] for line in axes.lines if line.get_marker() in ("o", "<")]
     assert dots == [-1.0, -0.5, 0.0, 0.0]

@@ -32,21 +32,21 @@ DEM = Structure(2.0, curve([1.0, 1.0, 1.0, 1.0]))
 def test_errors_in_units_of_the_replicas():
     relaxed = {500: Structure(2.03, curve([1.1, 0.9, 1.1])), 100: Structure(1.98, curve([1.9, 1.9, 1.9, 9.0]))}
     # 100 particles scatter twice as much as 400: 0.02 g/cm3, and 0.4 over the three bins that all have
-    rows = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_tolerance=2.0)
+    rows = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS)
     assert list(rows.steps) == [100, 500]
     np.testing.assert_allclose(rows.density_error, [-0.01, 0.015])
     np.testing.assert_allclose(rows.density_in_sd, [1.0, 1.5])
     np.testing.assert_allclose(rows.rdf_in_spread, [0.9 / 0.4, 0.1 / 0.4])
     assert rows.within_band.tolist() == [False, True]  # 2.25 spreads in the RDF
-    wider = relaxation_errors(relaxed, DEM, 100, NOISE, REPLICAS, rdf_tolerance=2.5)
-    assert wider.within_band.tolist() == [True, True]
+    at_band = {1: Structure(2.0, curve([1 + 0.39 * 3**0.5] * 3)), 2: Structure(2.0, curve([1 + 0.41 * 3**0.5] * 3))}
+    assert relaxation_errors(at_band, DEM, 100, NOISE, REPLICAS).within_band.tolist() == [True, False]
     # four times the particles scatter half as much: 3 sd
-    assert not relaxation_errors(relaxed, DEM, 400, NOISE, REPLICAS, rdf_tolerance=99.0).within_band[1]
+    assert not relaxation_errors(relaxed, DEM, 400, NOISE, REPLICAS).within_band[1]
 
 
 def test_a_scatter_of_zero_measures_nothing():
     silent = Noise("noise.csv", NOISE.table.assign(sd=0.0))
-    rows = relaxation_errors({1: DEM}, DEM, 400, silent, REPLICAS, rdf_tolerance=2.0)
+    rows = relaxation_errors({1: DEM}, DEM, 400, silent, REPLICAS)
     assert np.isnan(rows.density_in_sd[0])
     assert not rows.within_band[0]
 
@@ -89,16 +89,16 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
     rows.loc[rows.surrogate == "vgg16", "density_in_sd"] = 0.0  # has no place on a logarithmic axis
     rows.to_csv(tmp_path / "relaxation.csv", index=False)
     calls = recorded_calls(monkeypatch, plot_relaxation, "draw_relaxation")
-    options = {"relaxation": tmp_path / "relaxation.csv", "rdf_tolerance": 3, "figure": tmp_path / "relaxation.png"}
+    options = {"relaxation": tmp_path / "relaxation.csv", "figure": tmp_path / "relaxation.png"}
     assert run_script(plot_relaxation, **options).returncode == 0
     figure = calls[0][1]
     density, rdf = figure.axes
     lines = {line.get_label(): line for line in density.lines}
     assert list(lines) == ["affine", "early_dem_x2", "vgg16"]
     np.testing.assert_allclose(lines["affine"].get_xydata(), [[20, 2.5], [500, 0.3]])
-    assert [axes.get_title() for axes in (density, rdf)] == ["Density (band: 2)", "RDF, all particles (band: 3)"]
+    assert [axes.get_title() for axes in (density, rdf)] == ["Density (band: 2)", "RDF, all particles (band: 1.73)"]
     bands = [axes.patches[0].get_extents().transformed(axes.transData.inverted()).y1 for axes in (density, rdf)]
-    assert bands == pytest.approx([2.0, 3.0])
+    assert bands == pytest.approx([2.0, 3**0.5])
     legend = texts(figure.legends[0].get_texts())
     assert sorted(legend) == ["affine", "early_dem_x2", "noise of the DEM: within the band", "vgg16"]
     assert is_drawn(tmp_path / "relaxation.png")
@@ -106,7 +106,7 @@ def test_figure_shows_means_bands_and_main_labels(tmp_path, monkeypatch):
 
 def test_an_empty_table_is_refused(tmp_path):
     table({}).to_csv(tmp_path / "relaxation.csv", index=False)
-    options = {"relaxation": tmp_path / "relaxation.csv", "rdf_tolerance": 3, "figure": tmp_path / "relaxation.png"}
+    options = {"relaxation": tmp_path / "relaxation.csv", "figure": tmp_path / "relaxation.png"}
     done = run_script("plot_relaxation", **options)
     assert done.returncode == 1
     assert "no relaxation in it" in done.stderr

@@ -16,7 +16,6 @@ import plot_densification
 import plot_density
 import plot_learning_curves
 import plot_rdf
-import plot_structure
 import plot_workflow
 import render_slurry
 from pictures import check_saved, is_drawn, recorded_calls
@@ -275,30 +274,6 @@ def test_rdf_without_any_target(tmp_path):
     errors.write_text("surrogate,slurry,pair,r_max_um,bins,mean_abs_difference\n")
     options = {"slurries": ["N1"], "rdf": tmp_path / "N1.csv", "rdf_errors": errors, "surrogates": ["net"]}
     draw(plot_rdf, tmp_path / "rdf.png", **options)
-
-
-def test_structure_shows_the_mean_deviation_in_replica_sd(tmp_path, monkeypatch):
-    table = pd.DataFrame(
-        [
-            ("affine", "1", "relaxed", "density_g_cm3", 2.26, 2.24, 0.01),
-            ("affine", "2", "relaxed", "density_g_cm3", 2.22, 2.24, 0.005),
-            ("affine", "1", "predicted", "density_g_cm3", 9.0, 2.24, 0.01),
-            ("affine", "V1", "relaxed", "density_g_cm3", 9.0, 2.24, 0.01),
-            ("affine", "1", "relaxed", "rdf_NiO-8YSZ", 0.0, 0.0, 0.02),
-            ("net", "1", "relaxed", "density_g_cm3", 2.25, 2.24, np.nan),
-            ("net", "1", "relaxed", "rdf_NiO-8YSZ", 0.5, 0.0, 0.02),
-        ],
-        columns=["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"],
-    )
-    table.to_csv(tmp_path / "structure_errors.csv", index=False)
-    calls = recorded_calls(monkeypatch, plot_structure, "draw_structure")
-    table_path = tmp_path / "structure_errors.csv"
-    draw(plot_structure, tmp_path / "structure.png", structure_errors=table_path, slurries=["1", "2"])
-    ((means,), _) = calls[0]
-    assert list(means.columns) == ["affine", "net"]
-    assert means.affine["density_g_cm3"] == pytest.approx((2 + 4) / 2)
-    assert means.net["rdf_NiO-8YSZ"] == pytest.approx(25)
-    assert np.isnan(means.net["density_g_cm3"])
 
 
 # ---- structures

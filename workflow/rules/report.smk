@@ -303,6 +303,7 @@ rule write_evaluation:
         skill=rules.compute_skill.output.table,
         noise=rules.measure_noise.output.table,
         structure_errors=rules.compare_structure.output.table,
+        verdicts=rules.judge_structures.output.table,
         front=rules.compute_front.output.table,
         equal_cost=rules.compare_at_equal_cost.output.table,
         cost_scaling=rules.fit_costs.output.table,
@@ -311,8 +312,8 @@ rule write_evaluation:
         relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
         uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
         figures=[
+            rules.plot_verdicts.output.figure,
             rules.plot_skill.output.figure,
-            rules.plot_structure.output.figure,
             rules.plot_front.output.figure,
             *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),
             *([rules.plot_uncertainty.output.figure] if SPREADING else []),
@@ -328,8 +329,6 @@ rule write_evaluation:
         run=config["run"]["name"],
         relaxed_for=section({label: label_settings.relaxation_steps(config, label) for label in EVALUATED}),
         networks=[text for text, surrogate in KINDS.items() if surrogate.is_trained],
-        density_tolerance=config["evaluation"]["density_tolerance"],
-        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
         optional=lambda wildcards, input: [
             word
             for name in ("ablation", "relaxation", "uncertainty")
@@ -337,10 +336,9 @@ rule write_evaluation:
             for word in (f"--{name}", input[name])
         ],
     shell:
-        "python {input.script:q} --run {params.run:q} --networks {params.networks:q} --density-tolerance"
-        " {params.density_tolerance} --rdf-tolerance {params.rdf_tolerance} --relaxed-for {params.relaxed_for:q}"
-        " --equilibrium {input.equilibrium:q} --skill {input.skill:q} --noise {input.noise:q}"
-        " --structure-errors {input.structure_errors:q} --front {input.front:q} --equal-cost {input.equal_cost:q}"
+        "python {input.script:q} --run {params.run:q} --networks {params.networks:q} --relaxed-for"
+        " {params.relaxed_for:q} --equilibrium {input.equilibrium:q} --skill {input.skill:q} --noise {input.noise:q}"
+        " --structure-errors {input.structure_errors:q} --verdicts {input.verdicts:q} --front {input.front:q} --equal-cost {input.equal_cost:q}"
         " --cost-scaling {input.cost_scaling:q} --article-costs {input.article_costs:q} {params.optional:q}"
         " --figures {input.figures:q} --page {output.page:q}"
         " 2>&1 | tee {log:q}"

@@ -72,7 +72,9 @@ def coarseness(
     shape = np.ceil(edges_um * _VOXELS_PER_WINDOW / window_um).astype(int)
     scaled = to_scaled(position_um, lower_um, edges_um)
     share_um3 = sphere_volume_um3(2 * particles.radius_um) / len(ball_points())
-    window = [np.sinc(np.fft.fftfreq(n, 1 / n) * window_um / edge) ** 2 for n, edge in zip(shape, edges_um, strict=True)]
+    window = [
+        np.sinc(np.fft.fftfreq(n, 1 / n) * window_um / edge) ** 2 for n, edge in zip(shape, edges_um, strict=True)
+    ]
     window[2] = window[2][: shape[2] // 2 + 1]
     # Only half of the transform of real numbers is kept; the other half says the same again.
     twice = np.full(len(window[2]), 2.0)

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.noise import BAND_SDS, Noise, rdf_difference
+from slurrycast.evaluation.verdicts import RDF_BAND
 
 COLUMNS = (
     *("surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd", "rdf_in_spread"),
@@ -28,7 +29,6 @@ def relaxation_errors(
     particles: int,
     noise: Noise,
     replica_curves: Mapping,
-    rdf_tolerance: float,
 ) -> pd.DataFrame:
     """Errors of one prediction after relaxations of several lengths, beside the DEM of its slurry.
 
@@ -40,15 +40,13 @@ def relaxation_errors(
         End of the DEM, and its number of particles.
     noise, replica_curves
         Noise of the DEM, and curves of replicas as `Noise.rdf_spread` takes them.
-    rdf_tolerance
-        Largest RDF difference within the band, in mean differences between two replicas.
 
     Returns
     -------
     One row for each number of steps, rising, with the columns steps; density_error, density / density of the DEM - 1;
     density_in_sd, its absolute value over the standard deviation of replicas; rdf_in_spread, the mean |g - g_dem| over
     the mean difference between two replicas; and within_band, whether density_in_sd is at most BAND_SDS and
-    rdf_in_spread at most `rdf_tolerance`.
+    rdf_in_spread at most RDF_BAND.
 
     Notes
     -----
@@ -64,7 +62,7 @@ def relaxation_errors(
     table = pd.DataFrame({"steps": sorted(relaxed), "density_error": off_g_cm3 / dem.density_g_cm3})
     table["density_in_sd"] = off_g_cm3.abs() / sd_g_cm3
     table["rdf_in_spread"] = np.array(differences) / spread
-    table["within_band"] = (table.density_in_sd <= BAND_SDS) & (table.rdf_in_spread <= rdf_tolerance)
+    table["within_band"] = (table.density_in_sd <= BAND_SDS) & (table.rdf_in_spread <= RDF_BAND)
     return table
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import pandas as pd
 
 from slurrycast import surrogates
-from slurrycast.evaluation.verdicts import deviations
 
 
 def labels_of(table: pd.DataFrame) -> list[str]:
@@ -30,12 +29,11 @@ class Evaluation:
     run: str
     roles: Mapping[str, str]  # role by slurry
     networks: Sequence[str]  # labels that are held against affine and early_dem
-    density_tolerance: float  # largest |density / that of the DEM - 1|
-    rdf_tolerance: float  # largest mean |g - g of the DEM|, in replica spreads
     relaxed_for: Mapping[str, int]  # steps by surrogate
     skill: pd.DataFrame
     noise: pd.DataFrame
     structure_errors: pd.DataFrame
+    verdicts: pd.DataFrame
     front: pd.DataFrame
     equal_cost: pd.DataFrame
     cost_scaling: pd.DataFrame
@@ -58,31 +56,8 @@ class Evaluation:
         """Rows of the test slurries."""
         return table[table.slurry.isin(self.test)]
 
-    def relaxed(self, surrogate: str) -> pd.DataFrame:
-        """Deviations of the relaxed structures of `surrogate`: slurry, quantity, value, dem_value, deviation, in_sd."""
-        table = deviations(self.structure_errors)
-        return table[(table.stage == "relaxed") & (table.surrogate == surrogate)]
-
     def density_errors(self, surrogate: str) -> pd.Series:
         """|density / that of the DEM - 1| after relaxation, by slurry."""
-        rows = self.relaxed(surrogate)
-        rows = rows[rows.quantity == "density_g_cm3"].set_index("slurry")
-        return (rows.deviation / rows.dem_value).rename("density")
-
-    def rdf_in_spreads(self, surrogate: str) -> pd.DataFrame:
-        """Mean |g - g of the DEM| after relaxation in replica spreads: slurries x rdf quantities."""
-        rows = self.relaxed(surrogate)
-        rows = rows[rows.quantity.str.startswith("rdf_")]
-        return rows.pivot_table(index="slurry", columns="quantity", values="in_sd", sort=False)
-
-    def best(self, labels: Sequence[str]) -> tuple[str, str] | None:
-        """The one of `labels` with the lowest mean density error after relaxation, and the role that says so.
-
-        The validation slurries say it where there are any, so that the test slurries are only evaluated.
-        """
-        for role in ("validation", "test"):
-            errors = {name: self.density_errors(name).reindex(self.slurries(role)).mean() for name in labels}
-            known = pd.Series(errors, dtype=float).dropna()
-            if not known.empty:
-                return str(known.idxmin()), role
-        return None
+        table = self.structure_errors
+        rows = table[(table.stage == "relaxed") & (table.surrogate == surrogate) & (table.quantity == "density_g_cm3")]
+        return (rows.value / rows.dem_value - 1).abs().set_axis(rows.slurry)

@@ -3,19 +3,16 @@
 Rows of tables hold numbers, texts and values with their slurry; None and NaN show as a dash.
 """
 
-from itertools import product
-
 import numpy as np
 import pandas as pd
 
 from slurrycast.evaluation.front import mean_front, on_front
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.relaxation import enough_steps, mean_errors
-from slurrycast.evaluation.verdicts import deviations
 from slurrycast.report.evaluation_results import Evaluation, labels_of, main_labels_of
 from slurrycast.report.formats import listed, number, numbers
 from slurrycast.report.names import column_name, quantity_name
-from slurrycast.report.verdict_statistics import ERRORS_AT_EQUAL_COST, group_means, mean_and_worst
+from slurrycast.report.verdict_statistics import ERRORS_AT_EQUAL_COST, mean_and_worst
 
 WIDEST_LEVEL, COVERED_WELL = 0.9, (0.85, 0.95)  # a calibrated level, and the coverages that keep to it
 
@@ -57,20 +54,16 @@ def noise(evaluation: Evaluation) -> dict:
 
 
 def structure(evaluation: Evaluation) -> dict:
-    """tables/structure_errors.csv: mean deviations by stage, absolute and in replica sd, and the nearest by group."""
-    table = evaluation.tested(deviations(evaluation.structure_errors))
+    """tables/structure_errors.csv: mean deviations by stage."""
+    table = evaluation.tested(evaluation.structure_errors)
+    table = table.assign(deviation=(table.value - table.dem_value).abs())
     labels = main_labels_of(table)
     tables = []
-    for stage, column in product(("predicted", "relaxed"), ("deviation", "in_sd")):
-        means = table[table.stage == stage].pivot_table(column, "quantity", "surrogate", sort=False)
+    for stage in ("predicted", "relaxed"):
+        means = table[table.stage == stage].pivot_table("deviation", "quantity", "surrogate", sort=False)
         rows = [[quantity_name(name), *values] for name, *values in means.reindex(columns=labels).itertuples()]
-        tables.append({"stage": stage, "in_sd": column == "in_sd", "rows": rows})
-    in_sd = pd.DataFrame({name: group_means(evaluation, name, "in_sd").mean() for name in labels_of(table)})
-    extremes = [
-        (group, means.idxmin(), means.min(), means.idxmax(), means.max())
-        for group, means in in_sd.dropna(how="all").iterrows()
-    ]
-    return {"labels": labels, "tables": tables, "extremes": extremes}
+        tables.append({"stage": stage, "rows": rows})
+    return {"labels": labels, "tables": tables}
 
 
 def front(evaluation: Evaluation) -> dict:

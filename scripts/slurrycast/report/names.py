@@ -6,6 +6,7 @@ from slurrycast.analysis.training_range import FRACTION_PREFIX
 
 QUANTITY_NAMES = {
     "density_g_cm3": "density (g/cm³)",
+    "share_below_4_contacts": "share with fewer than 4 contacts",
     "overlap_mean": "mean overlap",
     "overlap_max": "largest overlap",
     "packing_nominal": "packing fraction, nominal",
@@ -50,8 +51,16 @@ def pair_name(pair: str) -> str:
 def quantity_name(quantity: str) -> str:
     """Name of a structural quantity: "RDF, NiO-8YSZ" of `rdf_NiO-8YSZ`."""
     kind, _, pair = quantity.partition("_")
+    if kind == "coarseness":
+        window, _, phase = pair.partition("_")
+        return f"coarseness, {phase}, {window.removesuffix('um')} µm"
     kinds = {"rdf": "RDF", "coordination": "coordination"}
     return f"{kinds[kind]}, {pair_name(pair)}" if kind in kinds else QUANTITY_NAMES.get(quantity, quantity)
+
+
+def measure_name(measure: str) -> str:
+    """Short name of a judged measure without its unit: all are in units of the noise."""
+    return quantity_name(measure).removesuffix(" (g/cm³)").removeprefix("share with ")
 
 
 def column_name(column: str) -> str:

@@ -54,7 +54,7 @@ def environment() -> jinja2.Environment:
     )
     filters = (formats.number, formats.numbers, formats.span, formats.listed, formats.named, formats.columns, picture)
     templates.filters |= {function.__name__: function for function in filters}
-    templates.globals |= {"separator": formats.separator, "article": reference_article, "verdicts": verdicts}
+    templates.globals |= {"separator": formats.separator, "article": reference_article, "judgement": verdicts}
     return templates
 
 

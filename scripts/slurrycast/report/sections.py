@@ -1,6 +1,7 @@
 """Both pages of a run: which sections they have, in their order, and what each section's template gets."""
 
 from slurrycast.evaluation.noise import BAND_SDS
+from slurrycast.evaluation.verdicts import RDF_BAND
 from slurrycast.report import comparison_statistics, evaluation_statistics, statistics, verdict_statistics
 from slurrycast.report.evaluation_results import Evaluation
 from slurrycast.report.page import page_html
@@ -9,10 +10,9 @@ from slurrycast.report.results import Results
 
 def report_html(results: Results) -> str:
     """The report: all tables and figures of a run, beside the numbers of the reference article."""
-    gains = (statistics.gain_over_affine(results, surrogate) for surrogate in results.networks)
     rdfs = comparison_statistics.rdfs(results)
     sections = {
-        "summary": statistics.key_results(results) | {"gains": [gain for gain in gains if gain is not None]},
+        "summary": statistics.key_results(results) | {"gains": statistics.gains_over_affine(results)},
         "workflow": {},
         "settings": statistics.settings(results),
         "dem_runs": statistics.dem_runs(results),
@@ -40,7 +40,7 @@ def report_html(results: Results) -> str:
 
 
 def evaluation_html(evaluation: Evaluation) -> str:
-    """The evaluation: surrogates beside cheap alternatives, the DEM's noise and its limit."""
+    """The evaluation: surrogates beside cheap alternatives and the DEM's noise."""
     sections = {
         "verdicts": verdict_statistics.verdict_numbers(evaluation),
         "skill": evaluation_statistics.skill(evaluation),
@@ -58,5 +58,6 @@ def evaluation_html(evaluation: Evaluation) -> str:
         "missing": sorted({*evaluation.networks} - {*evaluation.structure_errors.surrogate}),
         "test": evaluation.test,
         "band_sds": BAND_SDS,
+        "rdf_band": RDF_BAND,
     }
     return page_html("evaluation", sections, shared)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from slurrycast.evaluation.verdicts import by_verdict, judged, outcome
+from slurrycast.evaluation.verdicts import by_verdict, compare
 from slurrycast.report import reference_article as article
 from slurrycast.report.formats import MISSING, number, widest
 from slurrycast.report.names import pair_name, range_quantity
@@ -80,34 +80,34 @@ def training_limits(rows: pd.DataFrame) -> pd.Series:
     return rows[["training_min", "training_max"]].iloc[0]
 
 
-def gain_over_affine(results: Results, surrogate: str) -> dict | None:
-    """What `surrogate` adds to the affine map over the test slurries; None without both of them.
-
-    `after_relaxation` is the `verdicts.outcome` of density and RDFs.
-    """
+def gains_over_affine(results: Results) -> list[dict]:
+    """What each network adds to the affine map over the test slurries; none where one of the two has no prediction."""
 
     def paired(errors: Mapping[str, pd.Series]) -> pd.DataFrame:
         return pd.DataFrame(errors).reindex(results.test)
 
-    names = (surrogate, AFFINE)
-    mse = paired({name: results.errors(name).mse_um2 for name in names})
-    ratio = (mse[surrogate] / mse[AFFINE]).dropna()
-    if ratio.empty:
-        return None
-    errors = {"density": paired({name: results.structures(name).share.abs() for name in names})}
-    for pair in results.pairs:
-        errors[f"the RDF of {pair_name(pair)}"] = paired({name: results.rdf_differences(name, pair) for name in names})
-    relaxed = {quantity: judged(table[surrogate] - table[AFFINE]) for quantity, table in errors.items()}
-    verdicts = {"coordinates": judged(ratio - 1)} | relaxed
-    means = {quantity: (table[surrogate].mean(), table[AFFINE].mean()) for quantity, table in errors.items()}
-    return {
-        "surrogate": surrogate,
-        "mse_ratio": ratio,
-        "verdicts": verdicts,
-        "means": means,
-        "in_short": by_verdict(verdicts),
-        "after_relaxation": outcome(relaxed.values()),
-    }
+    gains, differences = [], {}
+    for surrogate in results.networks:
+        names = (surrogate, AFFINE)
+        mse = paired({name: results.errors(name).mse_um2 for name in names})
+        ratio = (mse[surrogate] / mse[AFFINE]).dropna()
+        if ratio.empty:
+            continue
+        errors = {"density": paired({name: results.structures(name).share.abs() for name in names})}
+        for pair in results.pairs:
+            differing = {name: results.rdf_differences(name, pair) for name in names}
+            errors[f"the RDF of {pair_name(pair)}"] = paired(differing)
+        differences[surrogate, "coordinates"] = ratio - 1
+        differences |= {(surrogate, name): table[surrogate] - table[AFFINE] for name, table in errors.items()}
+        means = {name: (table[surrogate].mean(), table[AFFINE].mean()) for name, table in errors.items()}
+        gains.append({"surrogate": surrogate, "mse_ratio": ratio, "means": means})
+    verdicts = compare(differences)
+    for gain in gains:
+        gain["verdicts"] = {name: verdict for (of, name), verdict in verdicts.items() if of == gain["surrogate"]}
+        relaxed = [verdict for name, verdict in gain["verdicts"].items() if name != "coordinates"]
+        gain["adds_nothing"] = None not in relaxed and "better" not in relaxed
+        gain["in_short"] = by_verdict(gain["verdicts"])
+    return gains
 
 
 def key_results(results: Results) -> dict:

@@ -8,8 +8,8 @@ REQUIRED INPUTS:
     config[evaluation]
 
 OUTPUTS:
-    tables/skill.csv, structure_errors.csv, relaxation.csv
-    figures/skill.png, structure.png, relaxation.png
+    tables/skill.csv, structure_errors.csv, verdicts.csv, relaxation.csv
+    figures/skill.png, verdicts.png, relaxation.png
 """
 
 
@@ -59,6 +59,26 @@ rule compare_structure:
         " 2>&1 | tee {log:q}"
 
 
+rule judge_structures:
+    """Judge whether structures are inside the noise of the DEM."""
+    input:
+        **code("evaluation/judge_structures"),
+        structure_errors=rules.compare_structure.output.table,
+    output:
+        table=reported("tables/verdicts.csv", "verdicts", "Evaluation", table="inside the noise"),
+    log:
+        f"{RESULTS}/logs/judge_structures.log",
+    localrule: True
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        slurries=with_role("test"),
+    shell:
+        "python {input.script:q} --structure-errors {input.structure_errors:q} --slurries {params.slurries:q}"
+        " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
 rule compare_relaxation:
     """Compare relaxations of several lengths."""
     input:
@@ -85,12 +105,11 @@ rule compare_relaxation:
     params:
         cutoff_um=config["analysis"]["rdf_cutoff_um"],
         bins=config["analysis"]["rdf_bins"],
-        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
     shell:
         "python {input.script:q} --relaxed {input.relaxed:q} --relaxation-costs {input.costs:q}"
         " --structure {input.structure:q} --dem-structure {input.dem_structure:q} --dem-rdf {input.dem_rdf:q}"
         " --noise {input.noise:q} --replica-rdf {input.replica_rdf:q} --cutoff-um {params.cutoff_um} --bins"
-        " {params.bins} --rdf-tolerance {params.rdf_tolerance} --table {output.table:q}"
+        " {params.bins} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -110,24 +129,20 @@ rule plot_skill:
         "python {input.script:q} --skill {input.skill:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
 
 
-rule plot_structure:
-    """Draw structural errors in units of the noise."""
+rule plot_verdicts:
+    """Draw how far structures are from the DEM in units of its noise, and the verdicts."""
     input:
-        **code("evaluation/plot_structure"),
-        structure_errors=rules.compare_structure.output.table,
+        **code("evaluation/plot_verdicts"),
+        verdicts=rules.judge_structures.output.table,
     output:
-        figure=reported("figures/structure.png", "structure_figure", "Evaluation", figure="structural errors"),
+        figure=reported("figures/verdicts.png", "verdicts_figure", "Evaluation", figure="inside the noise"),
     log:
-        f"{RESULTS}/logs/plot_structure.log",
+        f"{RESULTS}/logs/plot_verdicts.log",
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
-    params:
-        slurries=with_role("test"),
     shell:
-        "python {input.script:q} --structure-errors {input.structure_errors:q} --slurries {params.slurries:q}"
-        " --figure {output.figure:q}"
-        " 2>&1 | tee {log:q}"
+        "python {input.script:q} --verdicts {input.verdicts:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
 
 
 rule plot_relaxation:
@@ -142,9 +157,5 @@ rule plot_relaxation:
     localrule: True
     conda:
         "../../../envs/analysis.yaml"
-    params:
-        rdf_tolerance=config["evaluation"]["rdf_tolerance"],
     shell:
-        "python {input.script:q} --relaxation {input.relaxation:q} --rdf-tolerance {params.rdf_tolerance}"
-        " --figure {output.figure:q}"
-        " 2>&1 | tee {log:q}"
+        "python {input.script:q} --relaxation {input.relaxation:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
