@@ -28,23 +28,22 @@ def verdict_numbers(evaluation: Evaluation) -> dict:
 def noise_verdicts(evaluation: Evaluation) -> dict:
     """tables/verdicts.csv by surrogate.
 
-    `rows` are counts of verdicts and what differs, `inside` the surrogates that are equivalent to the DEM in all judged
-    measures, and `judged` says whether there is any verdict.
+    `rows` are counts of verdicts, what is not equivalent and the measure that is farthest off; `inside` are the
+    surrogates that are equivalent to the DEM in all judged measures; `judged` says whether there is any verdict.
     """
     rows, inside = [], []
     for surrogate in labels_of(evaluation.structure_errors):
         judged = evaluation.verdicts[evaluation.verdicts.surrogate == surrogate].dropna(subset=["verdict"])
-        differing = judged[judged.verdict == DIFFERS]
-        groups = differing.measure.map(group_of).value_counts(sort=False)
+        groups = judged.measure[judged.verdict != EQUIVALENT].map(group_of).value_counts(sort=False)
         farthest = None
-        if not differing.empty:
-            row = differing.loc[differing.mean_in_sd.abs().idxmax()]
+        if not judged.empty:
+            row = judged.loc[judged.mean_in_sd.abs().idxmax()]
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"
         counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
         named = ", ".join(f"{group} ({count})" for group, count in groups.items())
         density = evaluation.density_errors(surrogate).reindex(evaluation.test)
         rows.append([surrogate, evaluation.relaxed_for[surrogate], *mean_and_worst(density), *counts, named, farthest])
-        if len(judged) and counts[0] == len(judged):
+        if counts[0] == len(judged) > 0:
             inside.append(surrogate)
     return {"rows": rows, "inside": inside, "judged": evaluation.verdicts.verdict.notna().any()}
 
