@@ -24,7 +24,7 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 HIGHEST = 30.0  # colours do not tell beyond
 COLOURS = "PuOr_r"  # both ends are dark, and they differ for the colour-blind too
 DARK_FROM = 0.3  # distance from the middle of the colours from which marks are white
-LEGEND = "no mark: equivalent     ▲ ▼ differs, too high or too low     ? not resolved     – too few slurries"
+LEGEND = "no mark: equivalent     ▲ ▼ differs, too high or too low     ? not resolved     – not judged"
 CELL_IN = 0.3
 
 

@@ -28,7 +28,7 @@ FURTHER += ["early_dem_x2", "early_dem_x10", "early_dem_x10_f02"]
 TINY = ("--configfile", "config/tiny.yaml")
 # Tables of a second run; what is drawn or reported from tables is left out.
 SECOND_RUN = ["density_volume", "coordinate_errors", "rdf_errors", "equilibrium", "training_range", "noise", "skill"]
-SECOND_RUN += ["structure_errors", "ablation", "uncertainty"]
+SECOND_RUN += ["structure_errors", "verdicts", "ablation", "uncertainty"]
 # Each of these is there for every slurry, surrogate or table.
 FOLDERS = {"dem", "frames", "dataset", "models", "hybrid", "rdf", "perturbed", "structure", "tables"}
 # Seconds derive from seconds, like those of OF_TIME.
@@ -220,6 +220,8 @@ def test_evaluation_tables(evaluation):
     np.testing.assert_allclose(of_structure, hybrid.density_g_cm3, rtol=1e-6)
     assert structure.replica_sd.notna().all()  # 0 is possible: two so small replicas may have as many contacts
     assert (relaxed.replica_sd > 0).all()
+    assert list(dict.fromkeys(tables["verdicts"].surrogate)) == list(dict.fromkeys(structure.surrogate))
+    assert tables["verdicts"].verdict.isna().all()  # of fewer than three test slurries
     assert set(tables["noise"].slurry) == {"1", "2"}
     assert set(tables["ablation"].surrogate) == {"affine", "vgg16", "vgg16_box", "vgg16_box_nobox"}
     assert len(tables["timestep"]) == 4
@@ -248,7 +250,7 @@ def test_evaluation_page(evaluation):
     for label in [*SURROGATES, *FURTHER]:
         assert label in text
     assert "The 90% intervals of neighbours, calibrated on the validation slurries," in text
-    for name in ("skill", "structure", "front", "relaxation", "uncertainty", "timesteps"):
+    for name in ("verdicts", "skill", "front", "relaxation", "uncertainty", "timesteps"):
         assert is_drawn(evaluation / "figures" / f"{name}.png"), name
 
 
