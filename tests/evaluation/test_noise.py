@@ -123,8 +123,9 @@ def test_rdf_spread_is_over_the_bins_compared():
     assert noise.rdf_spread("all", 4000, of_one | longer, 7) == pytest.approx(0.5)  # only these have seven bins
     with pytest.raises(InputError, match="RDF NiO-NiO: no slurry with the curves of two replicas"):
         noise.rdf_spread("NiO-NiO", 1000, CURVES, 3)
-    with pytest.raises(InputError, match="RDF all: no slurry with the curves of two replicas"):
-        noise.rdf_spread("all", 1000, {("6", "all"): CURVES["6", "all"][:1]}, 3)
+    for useless in ({("6", "all"): CURVES["6", "all"][:1]}, {("other", "all"): CURVES["6", "all"]}):
+        with pytest.raises(InputError, match="RDF all: no slurry with the curves of two replicas"):
+            noise.rdf_spread("all", 1000, useless, 3)
 
 
 def test_curves_belong_to_the_slurry_that_is_replicated():

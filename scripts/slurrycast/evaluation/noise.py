@@ -166,7 +166,7 @@ class Noise:
         Raises
         ------
         InputError
-            If no replicated slurry has two curves of the pair.
+            If no slurry of the table has two curves of the pair.
 
         Notes
         -----
@@ -174,7 +174,11 @@ class Noise:
         where none has, over those that reach farthest.
         """
         sizes = self.table.drop_duplicates("slurry").set_index("slurry").particles
-        known = {slurry: curves for (slurry, of), curves in replica_curves.items() if of == pair and len(curves) > 1}
+        known = {
+            slurry: curves
+            for (slurry, of), curves in replica_curves.items()
+            if of == pair and slurry in sizes and len(curves) > 1
+        }
         if not known:
             raise InputError(f"RDF {pair}: no slurry with the curves of two replicas")
         reach = {slurry: min(bins, *map(len, curves)) for slurry, curves in known.items()}
