@@ -233,9 +233,9 @@ def test_surrogates_inside_the_noise_are_named(evaluation):
     worst = 4 * 1.1 * 0.005 / 2.24
     assert by_label["persistence"][:2] == [3500, pytest.approx(4 * 0.005 / 2.24)]
     assert by_label["persistence"][2] == (pytest.approx(worst), "2")
-    named = "density (1), coordination (1), overlap (1), RDF (2)"
+    named = "density, coordination, overlap, RDF (2)"
     assert by_label["persistence"][3:] == [0, 0, 5, named, "RDF, all particles (+5.5)"]
-    assert by_label["affine_f02"][3:] == [4, 1, 0, "coordination (1)", "coordination, all particles (+2.3)"]
+    assert by_label["affine_f02"][3:] == [4, 1, 0, "coordination", "coordination, all particles (+2.3)"]
     page = page_of(evaluation)
     assert "Equivalent to the DEM in all judged measures: affine, net and early_dem_x2." in page.all("p")
     assert page.all("h3")[0] == "Which relaxed structures are inside the noise of the DEM?"
