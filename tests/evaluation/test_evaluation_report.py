@@ -247,7 +247,9 @@ def test_when_none_is_inside_the_noise_or_judged_the_page_says_so(evaluation):
     rows = evaluation.structure_errors
     for unknown in (rows[rows.slurry.isin(["1", "2"])], rows.assign(replica_sd=np.nan)):
         evaluation = with_structures(evaluation, unknown)
-        assert not noise_verdicts(evaluation)["judged"]
+        found = noise_verdicts(evaluation)
+        assert (found["judged"], found["inside"]) == (False, [])
+        assert {tuple(row[4:]) for row in found["rows"]} == {(None, None, None, "", None)}
         assert "None is judged: that takes 3 test slurries" in page_of(evaluation).text
 
 

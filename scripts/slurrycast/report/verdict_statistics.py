@@ -37,13 +37,14 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
         groups = judged.measure[judged.verdict != EQUIVALENT].map(group_of).value_counts(sort=False)
         farthest = None
         if not judged.empty:
+            counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
             row = judged.loc[judged.mean_in_sd.abs().idxmax()]
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"
-        counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
+        counts = [None, None, None]
         named = ", ".join(f"{group} ({count})" if count > 1 else group for group, count in groups.items())
         density = evaluation.density_errors(surrogate).reindex(evaluation.test)
         rows.append([surrogate, evaluation.relaxed_for[surrogate], *mean_and_worst(density), *counts, named, farthest])
-        if counts[0] == len(judged) > 0:
+        if counts[0] == len(judged):
             inside.append(surrogate)
     return {"rows": rows, "inside": inside, "judged": evaluation.verdicts.verdict.notna().any()}
 
