@@ -48,10 +48,3 @@ def test_family_of_a_label_that_may_not_be_known(label, family):
 def test_main_labels_leave_out_variants_and_earlier_frames():
     labels = ["affine", "affine_f02", "vgg16_box", "vgg16_box_absolute", "early_dem_x2", "early_dem_x2_f02", "net"]
     assert surrogates.main_labels(labels) == ["affine", "vgg16_box", "early_dem_x2", "net"]
-
-
-@pytest.mark.parametrize(
-    ("text", "continues"), [("early_dem_x2_f02", True), ("driven_dem", True), ("affine", False), ("network", False)]
-)
-def test_labels_that_continue_the_dem(text, continues):
-    assert surrogates.continues_dem(text) is continues

@@ -35,12 +35,11 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
     for surrogate in labels_of(evaluation.structure_errors):
         judged = evaluation.verdicts[evaluation.verdicts.surrogate == surrogate].dropna(subset=["verdict"])
         groups = judged.measure[judged.verdict != EQUIVALENT].map(group_of).value_counts(sort=False)
-        farthest = None
+        counts, farthest = [None, None, None], None
         if not judged.empty:
             counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
             row = judged.loc[judged.mean_in_sd.abs().idxmax()]
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"
-        counts = [None, None, None]
         named = ", ".join(f"{group} ({count})" if count > 1 else group for group, count in groups.items())
         density = evaluation.density_errors(surrogate).reindex(evaluation.test)
         rows.append([surrogate, evaluation.relaxed_for[surrogate], *mean_and_worst(density), *counts, named, farthest])

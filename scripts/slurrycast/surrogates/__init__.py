@@ -4,7 +4,7 @@ A surrogate is a module (or a package) with a subclass of `base.Surrogate`, and 
 docs/surrogates.md shows how to add one. A run names surrogates by labels, see `labels`.
 """
 
-from slurrycast.surrogates.labels import Label, continues_dem, family, main_labels, parse
+from slurrycast.surrogates.labels import Label, family, main_labels, parse
 from slurrycast.surrogates.registry import NAMES, load
 
-__all__ = ["NAMES", "Label", "continues_dem", "family", "load", "main_labels", "parse"]
+__all__ = ["NAMES", "Label", "family", "load", "main_labels", "parse"]

@@ -90,9 +90,3 @@ def main_labels(labels: Sequence[str]) -> list[str]:
     others = [label for label in labels if family(label) not in plain]
     kept = {*plain, *(label for label in others if not any(label.startswith(f"{other}_f") for other in others))}
     return [label for label in labels if label in kept]
-
-
-def continues_dem(text: str) -> bool:
-    """Whether a label, of a surrogate that need not be known here, is of one that continues the DEM."""
-    name = family(text)
-    return name in NAMES and load(name).continues_dem
