@@ -10,7 +10,7 @@ from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "reduced", "small", "start", "full", "size", "size_berendsen"]
+SCALES = ["tiny", "recipe", "reduced", "small", "start", "full", "size", "size_berendsen"]
 
 
 def load(name: str) -> dict:

@@ -16,7 +16,7 @@ import numpy as np
 from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames, write_frames
 from slurrycast.dem.lammps_dump import DumpFrame, as_frame, read_dump
 from slurrycast.dem.lammps_run import steps_per_frame
-from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.dem.particles import particles_of
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
@@ -32,26 +32,17 @@ def add_options(parser: Parser) -> None:
     parser.add_output("--cost", "cost record, JSON")
 
 
-def particles_of(inputs: dict, dump: Path, frame: DumpFrame) -> Particles:
+def particles_of_dump(inputs: dict, dump: Path, frame: DumpFrame) -> Particles:
     """Describe the particles of a dump by the type table of the inputs; InputError where the two do not fit."""
     ids, kinds, radius_um = frame.values[:, 0].astype(int), frame.values[:, 1].astype(int), frame.values[:, 2]
-    table = {t["type"]: t for t in inputs["types"]}
-    expected = [t["particles"] for t in inputs["types"]]
-    counts = [int((kinds == number).sum()) for number in table]
+    numbers, expected = ([t[key] for t in inputs["types"]] for key in ("type", "particles"))
+    counts = [int((kinds == number).sum()) for number in numbers]
     if counts != expected or len(kinds) != sum(expected):
-        raise InputError(f"{dump}: {counts} particles of the types {list(table)}, the recipe has {expected}")
-    rows = [table[int(kind)] for kind in kinds]
-    if not np.allclose(radius_um, [row["diameter_um"] / 2 for row in rows], rtol=1e-12):
+        raise InputError(f"{dump}: {counts} particles of the types {numbers}, the recipe has {expected}")
+    particles = particles_of(inputs["types"], ids, kinds)
+    if not np.allclose(radius_um, particles.radius_um, rtol=1e-12):
         raise InputError(f"{dump}: radii differ from those of the recipe")
-    return Particles(
-        id=ids,
-        type=kinds,
-        phase=np.array([row["phase_index"] for row in rows]),
-        size_class=np.array([row["size_class"] for row in rows]),
-        radius_um=radius_um,
-        mass_pg=np.array([row["density_g_cm3"] for row in rows]) * sphere_volume_um3(2 * radius_um),
-        phase_names=tuple(dict.fromkeys(row["phase"] for row in inputs["types"])),
-    )
+    return particles
 
 
 def frames_of(dump: Path, last_frame: int, frame_steps: int, timestep_us: float) -> Iterator[Frame]:
@@ -92,7 +83,7 @@ def main(args: Namespace) -> None:
             "seeds": json.dumps(inputs["seeds"]),
             "lammps_version": run["lammps_version"],
         }
-        particles = particles_of(inputs, args.dump, next(read_dump(args.dump)))
+        particles = particles_of_dump(inputs, args.dump, next(read_dump(args.dump)))
         write_frames(args.frames, particles, frames_of(*expected), attributes)
         with read_frames(args.frames) as store:
             for frame in frames_of(*expected):

@@ -9,11 +9,10 @@ was reached: particles per type, mass fractions, derived seeds. Everything follo
 import json
 from dataclasses import asdict
 
-import numpy as np
-
 from slurrycast.dem import recipe
 from slurrycast.dem.forcefield import coefficients, push_off_coefficients
 from slurrycast.dem.lammps_data import write_data
+from slurrycast.dem.particles import random_start
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
@@ -38,15 +37,9 @@ def main(args: Namespace) -> None:
         types = recipe.particle_types(formulation["phases"])
         counts = recipe.particle_counts(types, row["mass_units"] * formulation["unit_mass_pg"])
         cost.particles = int(counts.sum())
-        volume_um3 = float(counts @ [t.volume_um3 for t in types])
-        edges_um = recipe.box_edges_um(volume_um3 / formulation["initial_packing_fraction"], row["thickness_ratio"])
         seeds = {
             purpose: recipe.derived_seed(row["seed"], purpose) for purpose in ("positions", "velocities", "relaxation")
         }
-        rng = np.random.default_rng(seeds["positions"])
-        position_um = recipe.random_positions_um(cost.particles, edges_um, rng)
-        particle_type = np.repeat([t.type for t in types], counts)
-        write_data(args.data, f"slurry {args.slurry}", types, particle_type, position_um, -edges_um / 2, edges_um)
         write_text(args.coefficients, coefficients(types, lennard_jones))
         write_text(args.push_off, push_off_coefficients(types))
         reached = recipe.mass_fractions(types, counts)
@@ -59,6 +52,9 @@ def main(args: Namespace) -> None:
             "mass_fractions_reached": reached,
             "types": [{**asdict(t), "particles": int(n)} for t, n in zip(types, counts, strict=True)],
         }
+        particles, start = random_start(report, "positions")
+        box = (start.lower_um, start.edges_um)
+        write_data(args.data, f"slurry {args.slurry}", types, particles.type, start.position_um, *box)
         write_text(args.inputs, json.dumps(report, indent=1) + "\n")
     wanted = {phase: settings["mass_fraction"] for phase, settings in formulation["phases"].items()}
     fractions = ", ".join(f"{phase} {share:.4f} (wanted {wanted[phase]:.4f})" for phase, share in reached.items())

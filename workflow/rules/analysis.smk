@@ -87,8 +87,8 @@ rule compare_coordinates:
     """Compare predicted coordinates with those of the DEM."""
     input:
         **code("analysis/compare_coordinates"),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
-        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(SURROGATES)),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=TRACKED, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(TRACKED)),
     output:
         table=reported("tables/coordinate_errors.csv", "coordinate_errors", "Tables", table="coordinate errors"),
         cost=f"{RESULTS}/costs/compare_coordinates.json",

@@ -52,7 +52,7 @@ RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
 RESULTS = f"results/{config['run']['name']}"
 SURROGATES = config["surrogate"]["names"]  # in the main job
 FURTHER = config["evaluation"]["surrogates"]
-if not TRAINING_NEEDED:  # leave out surrogates that need the training slurries
+if not any(slurry.role == "train" for slurry in SLURRIES.values()):  # leave out surrogates that need these
     SURROGATES, FURTHER = (
         [label for label in labels if label_settings.without_training(config, label)]
         for labels in (SURROGATES, FURTHER)
@@ -63,6 +63,9 @@ LEARNED = [text for text in SURROGATES if KINDS[text].is_trained]
 FITTED = [text for text in SURROGATES if KINDS[text].is_fitted]
 SPREADING = [text for text in LABELS if KINDS[text].has_spread]  # with an uncertainty to calibrate
 BOXED = [text for text in SURROGATES if KINDS[text].needs_packing_fraction]
+# Those whose particles are where the DEM's are, so that coordinates can be compared: in the main job, and of all.
+TRACKED = [text for text in SURROGATES if not KINDS[text].from_recipe]
+ALL_TRACKED = [text for text in LABELS if not KINDS[text].from_recipe]
 INPUT_FRAMES = config["learning"]["input_frames"]
 TARGET_FRAME = config["learning"]["target_frame"]
 FRAME_STEPS = steps_per_frame(config["dem"])
@@ -283,9 +286,22 @@ def goes_on(wildcards):
     return KINDS[wildcards.surrogate].continues_dem
 
 
-def continuation_script(wildcards):
-    """LAMMPS script of a surrogate that continues the DEM."""
-    return project_file(f"scripts/lammps/{KINDS[wildcards.surrogate].dem_script}") if goes_on(wildcards) else []
+def input_paths(wildcards):
+    """Inputs of predict_slurry beside the model and the packing fraction: frames, the recipe, a DEM to continue."""
+    surrogate = KINDS[wildcards.surrogate]
+    paths = {} if surrogate.from_recipe else {"frames": rules.extract_frames.output.frames}
+    if surrogate.from_recipe or surrogate.continues_dem:
+        paths["inputs"] = rules.generate_inputs.output.inputs
+    if surrogate.continues_dem:
+        paths["coefficients"] = rules.generate_inputs.output.coefficients
+        paths["lammps"] = project_file(f"scripts/lammps/{surrogate.dem_script}")
+        paths["run"] = rules.run_slurry.output.run  # the restart files are beside it
+    return paths
+
+
+def input_options(input):
+    """Options of predict_slurry for the frames or the recipe."""
+    return [word for name in ("frames", "inputs") if name in input.keys() for word in (f"--{name}", input[name])]
 
 
 def restart_file(wildcards):
@@ -299,7 +315,7 @@ def continuation_options(wildcards, input):
         return []
     restart = restart_file(wildcards)
     work = f"{RESULTS}/hybrid/{wildcards.surrogate}/{wildcards.slurry}/work_dem"
-    options = {"restart": restart, "inputs": input.inputs, "coefficients": input.coefficients, "work": work}
+    options = {"restart": restart, "coefficients": input.coefficients, "work": work}
     return [word for name, value in options.items() for word in (f"--{name}", value)]
 
 
@@ -318,7 +334,8 @@ def prediction_minutes(wildcards, attempt):
 
 def relaxation(wildcards):
     """Settings of a relaxation; the wildcard `-500` stands for 500 steps, an empty one for those of the configuration."""
-    settings = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
+    others = ("steps_of", "max_kinetic_share", "pressure_within")  # bounds are only checked
+    settings = {key: value for key, value in config["relaxation"].items() if key not in others}
     steps = wildcards.steps.removeprefix("-") or label_settings.relaxation_steps(config, wildcards.surrogate)
     return settings | {"steps": int(steps)}
 

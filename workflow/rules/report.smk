@@ -132,7 +132,7 @@ rule plot_coordinates:
     """Draw predicted against true coordinates of a slurry."""
     input:
         **code("report/plot_coordinates"),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, allow_missing=True),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=TRACKED, allow_missing=True),
         frames=rules.extract_frames.output.frames,
     output:
         figure=reported("figures/coordinates_{slurry}.png", "coordinates", "Coordinates", slurry="{slurry}"),
@@ -142,7 +142,7 @@ rule plot_coordinates:
     conda:
         "../../envs/analysis.yaml"
     params:
-        surrogates=SURROGATES,
+        surrogates=TRACKED,
         target_frame=TARGET_FRAME,
     shell:
         "python {input.script:q} --surrogates {params.surrogates:q} --predicted {input.predicted:q}"
@@ -265,7 +265,7 @@ rule write_report:
             rules.plot_workflow.output.figure,
             rules.plot_densification.output.figure,
             *expand(rules.plot_learning_curves.output.figure, surrogate=LEARNED),
-            *expand(rules.plot_coordinates.output.figure, slurry=HELD_OUT),
+            *expand(rules.plot_coordinates.output.figure, slurry=HELD_OUT if TRACKED else []),
             *expand(rules.render_slurry.output.figure, surrogate=PICTURED, slurry=PREDICTED),
             rules.plot_density.output.figure,
             rules.plot_rdf.output.figure,

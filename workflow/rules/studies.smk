@@ -93,8 +93,8 @@ rule compare_sizes:
         frames=expand(rules.extract_frames.output.frames, slurry=TRAINING + HELD_OUT),
         runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
         thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=SURROGATES, slurry=HELD_OUT),
-        relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=HELD_OUT),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=TRACKED, slurry=HELD_OUT),
+        relaxed=expand(RELAXED, surrogate=TRACKED, slurry=HELD_OUT),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
         table=reported("tables/size_errors.csv", "size_errors", "Size", table="volume errors"),

@@ -91,17 +91,12 @@ else:
 rule predict_slurry:
     """Predict the target frame of a slurry from its input frames."""
     input:
+        unpack(input_paths),
         **code("surrogate/predict_slurry", loads_surrogate=True),
-        frames=rules.extract_frames.output.frames,
-        # what only some surrogates need
         model=lambda wildcards: model_of(wildcards.surrogate),
         packing=lambda wildcards: (
             rules.measure_packing.output.packing if KINDS[wildcards.surrogate].needs_packing_fraction else []
         ),
-        inputs=lambda wildcards: rules.generate_inputs.output.inputs if goes_on(wildcards) else [],
-        coefficients=lambda wildcards: rules.generate_inputs.output.coefficients if goes_on(wildcards) else [],
-        lammps=continuation_script,
-        run=lambda wildcards: rules.run_slurry.output.run if goes_on(wildcards) else [],  # the restart files are beside it
     output:
         predicted=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/predicted.h5",
         cost=f"{RESULTS}/costs/predict_slurry/{{surrogate}}/{{slurry}}.json",
@@ -126,10 +121,11 @@ rule predict_slurry:
         learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
         adopted=lambda wildcards: [] if TRAINING_NEEDED or not KINDS[wildcards.surrogate].is_trained else ["--adopted"],
         boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],
+        started=lambda wildcards, input: input_options(input),
         continued=continuation_options,
     shell:
         "python {input.script:q} --surrogate {wildcards.surrogate:q} --settings {params.settings:q}"
-        " --frames {input.frames:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
+        " {params.started:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
         " {params.learned:q} {params.adopted:q} {params.boxed:q} {params.continued:q}"
         " --executable={resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --predicted {output.predicted:q} --cost {output.cost:q}"

@@ -39,7 +39,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     ),
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
-    surrogate_checks.roles: "slurries surrogate.model",
+    surrogate_checks.roles: "slurries surrogate.model surrogate.names surrogate.packing_fraction",
     surrogate_checks.labels: (
         "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
     ),

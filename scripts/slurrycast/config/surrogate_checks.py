@@ -27,7 +27,15 @@ def roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """There are slurries to learn from, and slurries to predict."""
     present = {slurry.role for slurry in slurries}
     if "train" not in present and config["surrogate"]["model"] is None:
-        yield f"{config['slurries']}: no slurry of role train: must be at least one unless surrogate.model is given"
+        for text in config["surrogate"]["names"]:
+            try:
+                needed = not without_training(config, text) or surrogates.parse(text).surrogate.is_learned
+            except InputError:
+                continue  # reported by `labels`
+            if needed:
+                must_be = f"must be at least one for {text}, or surrogate.model"
+                yield f"{config['slurries']}: no slurry of role train: {must_be}"
+                break
     if not present & {"test", "new"}:
         yield f"{config['slurries']}: no slurry of role test or new: must be at least one"
 
@@ -51,7 +59,9 @@ def labels(config: Mapping, _) -> Iterator[str]:
                 continue
             if last is None:  # the last of the input frames
                 continue
-            if surrogate.learns_from == "samples":
+            if surrogate.from_recipe:
+                yield f"{key}: {shown(text)}: must be {label.name}, which takes no frames"
+            elif surrogate.learns_from == "samples":
                 yield f"{key}: {shown(text)}: must be {label.name}, which learns from learning.input_frames only"
             elif not 0 < last < target:
                 yield f"{key}: {shown(text)}: its last input frame must be 1 to {target - 1}, before the target frame"

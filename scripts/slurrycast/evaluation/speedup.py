@@ -123,7 +123,7 @@ def compare_costs(
     runs
         Content of run.json by slurry.
     input_steps
-        DEM step of the last input frame by surrogate.
+        DEM step of the last input frame by surrogate; 0 for one that takes nothing from the DEM.
     clock
         wall_s or cpu_s.
 
@@ -149,11 +149,12 @@ def compare_costs(
             run, steps = runs[slurry.slurry], input_steps[surrogate]
             records = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
             seconds = dict(records.groupby("stage")[clock].sum())
-            seconds["run_slurry_to_input"] = dem_seconds(run, steps, clock)
+            seconds["run_slurry_to_input"] = dem_seconds(run, steps, clock) if steps else 0.0
             if missing := [part for part in HYBRID_PARTS if part not in seconds]:
                 raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
             recorded_s = seconds["extract_frames"]
-            seconds["extract_frames"] = extraction_seconds(recorded_s, smallest_extraction_s, run, steps)
+            extraction_s = extraction_seconds(recorded_s, smallest_extraction_s, run, steps)
+            seconds["extract_frames"] = extraction_s if steps else 0.0
             row = {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
             row |= {part: float(seconds[part]) for part in HYBRID_PARTS}
             row |= {"hybrid": sum(row[part] for part in HYBRID_PARTS), "dem": np.nan, "dem_to_equilibrium": np.nan}

@@ -42,6 +42,7 @@ SCALE_OF_PREDICTION = BoxRule(
         inputs.last.edges_um * scale_of_prediction(prediction.position_um, inputs.last.position_um)
     ),
 )
+LOOSE_PACKING = BoxRule("loose_packing", lambda inputs, prediction: prediction.edges_um)
 SIMULATED = BoxRule("simulated", lambda inputs, prediction: prediction.edges_um)
 
 
@@ -71,6 +72,9 @@ class Surrogate:
         end with a last input frame).
     dem_script
         Script of scripts/lammps that continues the DEM from the restart file at the last input frame.
+    from_recipe
+        Whether it starts from random places in place of frames of the DEM. Its particles then are not where those of
+        the DEM are, so coordinates are not compared. It neither learns nor continues the DEM.
     has_spread
         Whether predictions have a spread, from which the evaluation calibrates an uncertainty.
     variant
@@ -93,6 +97,7 @@ class Surrogate:
     weights_epoch: str | None = None
     learns_from: str | None = None
     dem_script: str | None = None
+    from_recipe: bool = False
     has_spread: bool = False
     variant: re.Pattern | None = None
     least_frames: int = 1

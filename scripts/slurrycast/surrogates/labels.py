@@ -46,7 +46,12 @@ class Label:
         return self.text if self.last_frame is None else _FRAME.sub("", self.text)
 
     def input_frames(self, configured: Sequence[int]) -> list[int]:
-        """Input frames: the configured ones, or as many up to the last frame that the label names."""
+        """Input frames: the configured ones, or as many up to the last frame that the label names.
+
+        Frame 0, the start, of a surrogate that needs nothing of the DEM.
+        """
+        if self.surrogate.from_recipe:
+            return [0]
         if self.last_frame is None:
             return list(configured)
         return list(range(max(0, self.last_frame - len(configured) + 1), self.last_frame + 1))

@@ -70,7 +70,8 @@ class PredictionInput:
     slurry
         Its id.
     particles, frames
-        Its n particles, and the input frames in their order.
+        Its n particles, and the input frames in their order; frame 0 alone, with random places, for surrogates that
+        need nothing of the DEM.
     final_edges_um
         Edges (3,) of the final box, where its rule needs no prediction.
     continuation

@@ -8,6 +8,8 @@ from slurrycast.surrogates.base import REGISTERED, Surrogate
 
 # Modules of this package, each with a subclass of Surrogate of the same name. Messages list them in this order.
 NAMES = (
+    "direct",
+    "direct_box",
     "persistence",
     "affine",
     "linear",

@@ -17,8 +17,8 @@ rule compute_skill:
     """Compute the skill of each prediction, between the affine map and the noise of the DEM."""
     input:
         **code("evaluation/compute_skill"),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=EVALUATED, slurry=HELD_OUT),
-        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(EVALUATED)),
+        predicted=expand(rules.predict_slurry.output.predicted, surrogate=ALL_TRACKED, slurry=HELD_OUT),
+        frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(ALL_TRACKED)),
         noise=rules.measure_noise.output.table,
     output:
         table=reported("tables/skill.csv", "skill", "Evaluation", table="skill"),
