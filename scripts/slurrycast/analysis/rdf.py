@@ -7,7 +7,6 @@ of a bin's edge.
 from collections.abc import Iterable
 from itertools import combinations_with_replacement
 
-import freud
 import numpy as np
 
 from slurrycast.data.frames import Particles
@@ -92,6 +91,8 @@ def radial_distributions(
     counts of all particles are the sum over the pairs of phases.
     """
     box, points = freud_box(position_um, lower_um, edges_um)
+    import freud  # here, since most importers want no RDF
+
     # Of the volume of the box, in each shell: what an ideal gas has of all possible pairs.
     share_of_box = 4 / 3 * np.pi * np.diff(r_edges_um**3) / np.prod(edges_um)
     r_max_um = float(r_edges_um[-1])

@@ -10,6 +10,7 @@ import numpy as np
 
 from slurrycast.data.periodic import minimum_image, wrap
 from slurrycast.runtime.files import InputError
+from slurrycast.runtime.light_imports import without_matplotlib
 
 if TYPE_CHECKING:
     import freud
@@ -22,7 +23,8 @@ def freud_box(
     position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray
 ) -> tuple["freud.box.Box", np.ndarray]:
     """Box of freud, and wrapped positions (n, 3) about its centre as float32."""
-    import freud
+    with without_matplotlib():
+        import freud
 
     centred_um = wrap(position_um, lower_um, edges_um) - (lower_um + edges_um / 2)
     return freud.box.Box(*edges_um), centred_um.astype(np.float32)
@@ -47,9 +49,9 @@ def candidate_pairs(
     tuple
         First and second particle of each pair, (m,) each. Every pair is there in both orders, no particle with itself.
     """
+    box, points = freud_box(position_um, lower_um, edges_um)
     import freud
 
-    box, points = freud_box(position_um, lower_um, edges_um)
     below_half = np.nextafter(np.float32(np.min(edges_um)) / np.float32(2), np.float32(0))
     r_max = min((1 + SEARCH_MARGIN) * reach_um, float(below_half))
     with freud.parallel.NumThreads(1):

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slurrycast.runtime.files import InputError
+from slurrycast.runtime.light_imports import without_matplotlib
 
 if TYPE_CHECKING:
     import keras
@@ -14,9 +15,9 @@ def start_keras() -> None:
     """Import Keras without TensorFlow's greeting, which its C++ part writes to stderr whatever the log level."""
     stderr = os.dup(2)
     try:
-        with Path(os.devnull).open("wb") as nowhere:
+        with Path(os.devnull).open("wb") as nowhere, without_matplotlib():
             os.dup2(nowhere.fileno(), 2)
-        import keras  # noqa: F401
+            import keras  # noqa: F401
     finally:
         os.dup2(stderr, 2)
         os.close(stderr)
