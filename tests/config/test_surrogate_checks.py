@@ -29,6 +29,17 @@ def test_training_slurries_are_not_needed_where_a_model_is_given(config):
     assert check(config) == ["surrogate.names = []: must be a list of labels of surrogates, each once"]
 
 
+@pytest.mark.parametrize(
+    ("names", "needed"), [(["direct"], []), (["direct", "affine"], ["affine"]), (["vgg16"], ["vgg16"])]
+)
+def test_training_slurries_are_needed_by_what_learns_from_them(config, names, needed):
+    Path("new.tsv").write_text(HEADER + "N1\tnew\t2\t1\t7\n")
+    config |= {"slurries": "new.tsv", "report": {"pictures": []}}
+    config["surrogate"]["names"], config["evaluation"]["surrogates"] = names, []
+    ask = "new.tsv: no slurry of role train: must be at least one for {}, or surrogate.model"
+    assert check(config) == [ask.format(name) for name in needed]
+
+
 def test_a_model_that_the_run_itself_writes_is_refused(config):
     """Its rule would delete it before it copies it."""
     model = Path("results/demo/models/vgg16/model.keras")
@@ -61,8 +72,8 @@ def test_a_model_without_its_box_needs_the_packing_fraction(with_model):
 @pytest.mark.parametrize(
     ("packing_fraction", "expected"),
     [
-        (None, ["persistence", "vgg16", "early_dem_x2"]),
-        (0.66, ["persistence", "affine", "vgg16", "driven_dem", "early_dem_x2"]),
+        (None, ["direct", "persistence", "vgg16", "early_dem_x2"]),
+        (0.66, ["direct", "direct_box", "persistence", "affine", "vgg16", "driven_dem", "early_dem_x2"]),
     ],
 )
 def test_what_needs_no_training_slurries(config, packing_fraction, expected):

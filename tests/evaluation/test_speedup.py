@@ -118,6 +118,13 @@ def test_exponent_is_that_of_the_power_law():
     assert exponent(particles, seconds) == power_law(particles, seconds)
 
 
+def test_a_surrogate_that_takes_nothing_from_the_dem_pays_nothing_for_it():
+    table = compare_costs(cost_table(), EQUILIBRIUM, RUNS, {"net": 0, "net_f02": 20})
+    free = table[table.surrogate == "net"]
+    assert len(free) and (free.run_slurry_to_input == 0).all() and (free.extract_frames == 0).all()
+    assert (table[table.surrogate == "net_f02"].run_slurry_to_input > 0).all()
+
+
 @pytest.mark.parametrize("particles", [[600, 600, 600], [600, 700, 1199], [600, 3000]])
 def test_too_few_or_too_similar_sizes_have_no_exponent(particles):
     assert np.isnan(exponent(np.array(particles), np.arange(1.0, len(particles) + 1))).all()

@@ -76,7 +76,7 @@ def test_affine_map_keeps_scaled_coordinates_and_ends_at_the_packing_fraction(pr
 
 
 @pytest.mark.parametrize(
-    ("surrogate", "option"), [("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--restart, --inputs")]
+    ("surrogate", "option"), [("affine", "--packing"), ("vgg16", "--model"), ("early_dem_x2", "--inputs, --restart")]
 )
 def test_what_a_surrogate_needs_is_asked_for(predict, capsys, surrogate, option):
     with pytest.raises(SystemExit) as end:

@@ -12,7 +12,7 @@ from slurrycast.data.dataset import write_training_set
 from slurrycast.dem.lammps_run import SCRIPTS
 from slurrycast.runtime.files import InputError, checksum
 from slurrycast.surrogates import base, vgg16
-from slurrycast.surrogates.base import LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED, Surrogate
+from slurrycast.surrogates.base import Surrogate
 from structures import training_set
 
 
@@ -20,13 +20,16 @@ from structures import training_set
 def test_every_surrogate_has_the_interface(name):
     surrogate = surrogates.load(name)
     assert surrogate.name == name and surrogate.looks_at
-    assert surrogate.box_rule in (LAST_FRAME, MEAN_PACKING_FRACTION, SCALE_OF_PREDICTION, SIMULATED)
+    assert isinstance(surrogate.box_rule, base.BoxRule)
     assert surrogate.model_file in (None, "model.json", "model.keras")
     assert surrogate.learns_from in ((None,) if surrogate.model_file is None else ("samples", "frames"))
     assert surrogate.weights_epoch in (("lowest", "last") if surrogate.is_trained else (None,))
     assert surrogate.dem_script is None or (SCRIPTS / surrogate.dem_script).is_file()
-    assert surrogate.box_rule is not SIMULATED or surrogate.continues_dem
-    defined = {method for method in vars(Surrogate) if method in vars(type(surrogate))}
+    assert surrogate.box_rule is not base.SIMULATED or surrogate.continues_dem
+    assert not (surrogate.from_recipe and (surrogate.is_learned or surrogate.continues_dem))
+    defined = {
+        method for method in vars(Surrogate) if getattr(type(surrogate), method) is not getattr(Surrogate, method)
+    }
     needed = {"train": surrogate.is_trained, "input_shapes": surrogate.is_trained, "fit": surrogate.is_fitted}
     needed |= {"most_steps": surrogate.continues_dem, "predict": True}
     assert {method: method in defined for method in needed} == needed
@@ -36,14 +39,22 @@ def test_a_surrogate_needs_no_more_than_a_prediction(monkeypatch):
     monkeypatch.setattr(base, "REGISTERED", {})
 
     class Still(Surrogate):
-        name, looks_at, box_rule = "still", "nothing", LAST_FRAME
+        name, looks_at, box_rule = "still", "nothing", base.LAST_FRAME
 
         def predict(self, inputs, model_path, settings):
             return inputs
 
     surrogate = base.REGISTERED["still"]
     assert isinstance(surrogate, Still)
-    for property in ("is_learned", "is_trained", "is_fitted", "continues_dem", "has_spread", "needs_packing_fraction"):
+    for property in (
+        "is_learned",
+        "is_trained",
+        "is_fitted",
+        "continues_dem",
+        "has_spread",
+        "needs_packing_fraction",
+        "from_recipe",
+    ):
         assert getattr(surrogate, property) is False
     assert surrogate.first_frame_seen([7, 8, 10], {}) == 10
     assert surrogate.needed_frames({"input_frames": [7, 8], "target_frame": 20}, {}) == [7, 8, 20]

@@ -53,6 +53,13 @@ def test_a_restart_file_is_kept_where_a_surrogate_continues_the_dem(tmp_path):
     assert kept == {"T1": "10", "1": "3 10 14", "V1": "3 10 14", "N1": "10 14"}
 
 
+def test_a_slurry_from_its_recipe_alone_needs_no_dem():
+    done = plan("config/recipe.yaml", "microstructures", "--quiet", "host")
+    jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout, re.MULTILINE))
+    stages = ("generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "microstructures")
+    assert jobs == dict.fromkeys(stages, "1") | {"total": "5"}
+
+
 def test_order_of_keys_repeats_nothing(tmp_path):
     """Snakemake repeats a job whose parameters are another text; the keys of this file would come first."""
 
