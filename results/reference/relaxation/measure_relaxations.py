@@ -66,7 +66,11 @@ def relaxed(results: Path, run: str, start: str, settings: Mapping, packing_frac
         folder = Path(name)
         (folder / "packing.json").write_text(json.dumps({"mean": packing_fraction}))
         files = {"predicted": folder / "predicted.h5", "cost": folder / "cost.json", "inputs": dem / "inputs.json"}
-        own = {"packing": folder / "packing.json", "frames": results / "frames" / f"{run}.h5"} if start == "affine" else {}
+        own = (
+            {"packing": folder / "packing.json", "frames": results / "frames" / f"{run}.h5"}
+            if start == "affine"
+            else {}
+        )
         surrogate = {"settings": json.dumps({"packing_fraction": packing_fraction}), "target_frame": TARGET}
         call(predict_slurry, surrogate=start, input_frames=LAST_INPUT, **surrogate, **files, **own)
         call(wrap_slurry, wrapped=folder / "wrapped.data", **files)
