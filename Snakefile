@@ -38,6 +38,7 @@ include: "workflow/rules/preflight.smk"
 
 # The only one, since a further one would replace it. Snakemake leaves it out in a dry-run.
 onstart:
+    drop_default_rate_limit()
     if workflow.is_main_process:
         check_earlier_results()
         check_restart_files()

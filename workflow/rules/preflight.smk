@@ -18,6 +18,17 @@ from slurrycast.runtime.files import InputError
 from slurrycast.runtime.programs import Launcher
 
 
+def drop_default_rate_limit():
+    """Let Snakemake wait for the next job that ends; a limit of jobs per time span that a user has set stays.
+
+    With any limit it begins to poll anew for each job that ends, and never stops: after 100 jobs it looks 100 times a second
+    at the inputs of all jobs that are ready. Its default, 100 jobs a second, limits nothing here.
+    """
+    limit = workflow.scheduling_settings.max_jobs_per_timespan
+    if limit and (limit.max_jobs, limit.timespan) == (100, 1):
+        workflow.scheduler.job_rate_limiter = None
+
+
 def is_finished_dem(job):
     """Whether a job would run a DEM that got as far as it is asked to; not if it only has to collect its outputs."""
     return (
