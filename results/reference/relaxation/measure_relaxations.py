@@ -2,7 +2,8 @@
 
     make .venv/installed-test
     .venv/bin/snakemake --cores 2 slurries --configfile results/reference/relaxation/replicas.yaml
-    PATH=.venv/bin:$PATH python results/reference/relaxation/measure_relaxations.py results/relaxation_replicas settings.csv
+    PATH=.venv/bin:$PATH python results/reference/relaxation/measure_relaxations.py results/relaxation_replicas \
+        results/reference/relaxation/settings.csv
 
 V1 and V2 of config/config.yaml. Their DEM runs differ in their seeds alone; each relaxation starts from another one of
 them (`affine`), or from other random places (`direct`). One setting at a time differs from those of config/config.yaml.
@@ -26,7 +27,6 @@ sys.path[:0] = [str(ROOT / "scripts"), *(str(ROOT / "scripts" / stage) for stage
 import predict_slurry  # noqa: E402
 import relax_slurry  # noqa: E402
 import wrap_slurry  # noqa: E402
-
 from slurrycast.analysis.structure import structure_measures  # noqa: E402
 from slurrycast.data.frames import FrameStore, read_frames  # noqa: E402
 from slurrycast.runtime.command_line import Parser  # noqa: E402
