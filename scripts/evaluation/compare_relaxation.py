@@ -7,8 +7,9 @@ Out: a table (CSV) of one row a surrogate, slurry and number of steps: overlap_m
 (Ri + Rj) over the contacts of the prediction, before relaxation), density_error (density / density of the DEM - 1),
 density_in_sd (its size in standard deviations of DEM runs with other seeds), rdf_in_spread (mean |g - g_dem| of all
 particles over the mean difference between two such runs, over the bins that the DEM and all relaxations of the
-prediction have), cpu_s of the relaxation, and within_band: density within 2 standard deviations, and the systematic
-part of the RDF within 2 of those of g, which is an rdf_in_spread of at most sqrt(3) (see `verdicts.in_noise`).
+prediction have), coordination_in_sd (of the mean number of contacts of a particle, as of the density), cpu_s of the
+relaxation, and within_band: density and contacts within 2 standard deviations, and the systematic part of the RDF
+within 2 of those of g, which is an rdf_in_spread of at most sqrt(3) (see `verdicts.in_noise`).
 """
 
 import json
@@ -16,6 +17,7 @@ import json
 import pandas as pd
 
 from slurrycast.analysis.rdf import bin_centres_um, bin_edges_um, radial_distributions
+from slurrycast.analysis.structure import structure_measures
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import read_table, write_table
 from slurrycast.evaluation.noise import curves_of_replicas, read_noise
@@ -26,11 +28,13 @@ from slurrycast.runtime.files import InputError
 
 
 def structure_of(store: FrameStore, cutoff_um: float, bins: int) -> Structure:
-    """Density and RDF of the last frame."""
+    """Density, RDF and contacts of the last frame."""
     position_um, (lower_um, edges_um) = store.position_um(store.last), store.box(store.last)
+    measures = structure_measures(position_um, lower_um, edges_um, store.particles)
     r_edges_um = bin_edges_um(cutoff_um, bins, [edges_um])
     g = radial_distributions(position_um, lower_um, edges_um, store.particles, r_edges_um)["all"]
-    return Structure(store.density_g_cm3(store.last), pd.DataFrame({"r_um": bin_centres_um(r_edges_um), "g": g}))
+    curve = pd.DataFrame({"r_um": bin_centres_um(r_edges_um), "g": g})
+    return Structure(measures["density_g_cm3"], curve, measures["coordination_all"])
 
 
 def one_value(table: pd.DataFrame, quantity: str, of: str) -> float:
@@ -78,12 +82,14 @@ def main(args: Namespace) -> None:
         curve = dem_rdf[(dem_rdf.slurry == slurry) & (dem_rdf.pair == "all")]
         if curve.empty:
             raise InputError(f"slurry {slurry}, DEM: no curve of all particles to compare with")
-        density_g_cm3 = one_value(of_dem, "density_g_cm3", f"slurry {slurry}, DEM")
+        density_g_cm3, coordination = (
+            one_value(of_dem, quantity, f"slurry {slurry}, DEM") for quantity in ("density_g_cm3", "coordination_all")
+        )
         stages = measured[(measured.surrogate == surrogate) & (measured.slurry == slurry)]
         overlap = one_value(
             stages[stages.stage == "predicted"], "overlap_mean", f"surrogate {surrogate}, slurry {slurry}, prediction"
         )
-        dem = Structure(density_g_cm3, curve)
+        dem = Structure(density_g_cm3, curve, coordination)
         errors = relaxation_errors(by_steps, dem, particles[surrogate, slurry], noise, replica_curves)
         names = {"surrogate": surrogate, "slurry": slurry, "overlap_mean_predicted": overlap}
         tables.append(errors.assign(**names, cpu_s=[cpu_s[surrogate, slurry, steps] for steps in errors.steps]))

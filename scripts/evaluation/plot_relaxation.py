@@ -1,10 +1,10 @@
 """Plot how far relaxed structures are from the end of the DEM against how long they were relaxed.
 
 In: tables/relaxation.csv.
-Out: PNG, one panel for the density and one for the RDF of all particles, both in units of the noise of the DEM: of the
-density, standard deviations of DEM runs with other seeds; of the RDF, the mean difference between two of them. A line
-is the mean of a surrogate over the slurries; variants and surrogates with earlier input frames are left out. The band
-is what counts as reached.
+Out: PNG, a panel each for density, RDF and coordination of all particles, in units of the noise of the DEM: of density
+and coordination, standard deviations of DEM runs with other seeds; of the RDF, the mean difference between two of them.
+A line is the mean of a surrogate over the slurries, bold where it starts from the recipe and not from the DEM; variants
+and surrogates with earlier input frames are left out. The band is what counts as reached.
 """
 
 from collections.abc import Mapping
@@ -17,9 +17,7 @@ from matplotlib.ticker import FixedLocator, LogLocator
 
 from slurrycast import surrogates
 from slurrycast.data.tables import read_table
-from slurrycast.evaluation.noise import BAND_SDS
-from slurrycast.evaluation.relaxation import mean_errors
-from slurrycast.evaluation.verdicts import RDF_BAND
+from slurrycast.evaluation.relaxation import BANDS, mean_errors
 from slurrycast.report.figures import FAINT, SURROGATE_MARKERS, new_figure, plain_ticks, save_figure, surrogate_colours
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
@@ -27,6 +25,7 @@ from slurrycast.runtime.files import InputError
 PANELS = {
     "density_in_sd": ("Density", "|density − DEM| (replica sd)"),
     "rdf_in_spread": ("RDF, all particles", "mean |g − g of the DEM| (replica spreads)"),
+    "coordination_in_sd": ("Coordination, all particles", "|contacts − DEM| (replica sd)"),
 }
 MARGIN = 1.3  # around the points
 
@@ -38,7 +37,9 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
     lowest, highest = min([band, *known]) / MARGIN, max([band, *known]) * MARGIN
     axes.axhspan(lowest, band, color=FAINT, alpha=0.5, linewidth=0, label="noise of the DEM: within the band")
     for (label, errors), marker in zip(means.iterrows(), SURROGATE_MARKERS * len(means), strict=False):
-        axes.plot(errors.index, errors, color=colours[label], marker=marker, ms=7, mec="white", mew=0.6, label=label)
+        bold = {"linewidth": 3.2, "zorder": 3} if surrogates.parse(label).surrogate.from_recipe else {}
+        look = {"color": colours[label], "marker": marker, "ms": 7, "mec": "white", "mew": 0.6} | bold
+        axes.plot(errors.index, errors, label=label, **look)
     axes.set(xscale="log", yscale="log", ylim=(lowest, highest), xlabel="Steps of the relaxation")
     axes.set_xlim(means.columns.min() / MARGIN, means.columns.max() * MARGIN)
     plain_ticks(axes.xaxis, FixedLocator(means.columns))
@@ -46,15 +47,14 @@ def draw_panel(axes: Axes, means: pd.DataFrame, band: float, colours: Mapping[st
 
 
 def draw_relaxation(table: pd.DataFrame) -> Figure:
-    """Draw both panels; `table` is tables/relaxation.csv."""
+    """Draw all panels; `table` is tables/relaxation.csv."""
     labels = surrogates.main_labels(list(dict.fromkeys(table.surrogate)))
     colours = surrogate_colours(labels)
-    figure = new_figure(10.0, 5.0)
+    figure = new_figure(13.0, 5.0)
     panels = figure.subplots(1, len(PANELS))
-    bands = {"density_in_sd": BAND_SDS, "rdf_in_spread": RDF_BAND}
     for axes, (column, (title, ylabel)) in zip(panels, PANELS.items(), strict=True):
-        draw_panel(axes, mean_errors(table, column, labels), bands[column], colours)
-        axes.set(title=f"{title} (band: {bands[column]:.3g})", ylabel=ylabel)
+        draw_panel(axes, mean_errors(table, column, labels), BANDS[column], colours)
+        axes.set(title=f"{title} (band: {BANDS[column]:.3g})", ylabel=ylabel)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=5)
     return figure
 

@@ -10,6 +10,7 @@ import pytest
 
 from script_runs import refusal, run_script, write_costs, written
 from slurrycast.analysis.rdf import bin_edges_um, radial_distributions
+from slurrycast.analysis.structure import structure_measures
 from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.costs import Cost
@@ -196,7 +197,7 @@ def test_structural_errors_need_the_dem_its_replicas_and_matching_files(table, n
 
 @pytest.fixture
 def relaxations(tmp_path, noise, replica_curves):
-    """Options for two relaxations of slurry 1 and the DEM; the shorter one ends 1.5 sd too light with a g too low."""
+    """Options for two relaxations of slurry 1 and the DEM, which is heavier, with a larger g and fewer contacts."""
     stores, costs = [], []
     for steps, shift_um in ((700, 0.0), (300, 0.2)):
         path = tmp_path / f"relaxed-{steps}.h5"
@@ -204,7 +205,10 @@ def relaxations(tmp_path, noise, replica_curves):
         stores.append(write_random(path, "1", 120, shift_um, surrogate="affine", relaxation=settings))
         costs.append(Cost("relax_slurry", "affine", "1", 90, steps, cpu_s=steps / 100))
     density = 90 * 2.0 / np.prod(EDGES_UM)
+    with noise.open("a") as rows:
+        rows.write("6,90,coordination_all,5,6.5,0.1\n")
     with read_frames(stores[0]) as store:  # the DEM ends where the longer relaxation does
+        contacts = structure_measures(store.position_um(120), *store.box(120), store.particles)["coordination_all"]
         r_edges_um = bin_edges_um(0.6, 6, [EDGES_UM])
         g = radial_distributions(store.position_um(120), *store.box(120), store.particles, r_edges_um)["all"]
     measured, _ = structure_files(tmp_path, "affine", "1", {"predicted": (1.0, 1.0, 6), "relaxed": (1.0, 1.0, 6)}, 90)
@@ -213,6 +217,8 @@ def relaxations(tmp_path, noise, replica_curves):
     pd.concat([read_table(measured), pd.DataFrame(rows)]).to_csv(measured, index=False)
     of_dem = structure_files(tmp_path, "-", "1", {"target": (density + 0.015, 1.0, 6)}, 90)
     read_table(of_dem[1]).assign(g=g + 0.1).to_csv(of_dem[1], index=False)
+    with of_dem[0].open("a") as rows:
+        rows.write(f"-,1,target,coordination_all,{contacts - 0.15}\n")
     options = {"relaxed": stores, "relaxation_costs": write_costs(tmp_path, costs), "structure": measured}
     options |= {"noise": noise, "replica_rdf": replica_curves}
     options |= {"dem_structure": of_dem[0], "dem_rdf": of_dem[1]}
@@ -222,7 +228,7 @@ def relaxations(tmp_path, noise, replica_curves):
 def test_relaxations_of_several_lengths(table, relaxations):
     rows = written("compare_relaxation", table, **relaxations)
     columns = ["surrogate", "slurry", "steps", "overlap_mean_predicted", "density_error", "density_in_sd"]
-    assert list(rows.columns) == [*columns, "rdf_in_spread", "cpu_s", "within_band"]
+    assert list(rows.columns) == [*columns, "rdf_in_spread", "coordination_in_sd", "cpu_s", "within_band"]
     assert list(rows.slurry) == ["1", "1"]
     assert list(rows.steps) == [300, 700]
     np.testing.assert_allclose(rows.overlap_mean_predicted, 0.03)
@@ -234,6 +240,7 @@ def test_relaxations_of_several_lengths(table, relaxations):
     spread = (0.2 + 0.04 * np.sqrt(1000 / 90)) / 2
     assert rows.rdf_in_spread[1] == pytest.approx(0.1 / spread, rel=1e-6)
     assert rows.rdf_in_spread[0] != pytest.approx(0.1 / spread, rel=1e-3)
+    assert rows.coordination_in_sd[1] == pytest.approx(1.5, rel=1e-6)
     assert list(rows.cpu_s) == [3.0, 7.0]
     assert rows.within_band[1]
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from slurrycast.evaluation.front import mean_front, on_front
 from slurrycast.evaluation.noise import BAND_SDS
-from slurrycast.evaluation.relaxation import enough_steps, mean_errors
+from slurrycast.evaluation.relaxation import BANDS, enough_steps, mean_errors
 from slurrycast.report.evaluation_results import Evaluation, labels_of, main_labels_of
 from slurrycast.report.formats import listed, number, numbers
 from slurrycast.report.names import column_name, quantity_name
@@ -147,7 +147,7 @@ def relaxation(evaluation: Evaluation) -> dict | None:
     labels, tried = labels_of(table), sorted(set(table.steps))
     enough = enough_steps(table)
     overlap = table.groupby("surrogate").overlap_mean_predicted.mean()
-    means = {column: mean_errors(table, column, labels) for column in ("density_in_sd", "rdf_in_spread", "cpu_s")}
+    means = {column: mean_errors(table, column, labels) for column in (*BANDS, "cpu_s")}
     rows, labels_by_steps = [], {}
     for name in labels:
         cells = [means[column].loc[name, steps] for column in means for steps in tried]

@@ -31,6 +31,8 @@ DEM, PREDICTED, RELAXED = "#22303c", "#e08a3c", "#18858f"
 TRAINING, VALIDATION = DEM, PREDICTED
 ARTICLE = "#a3234e"
 SURROGATE_COLOURS = {
+    "direct": "#d62020",
+    "direct_box": "#f09a9a",
     "persistence": "#8c6d55",
     "affine": "#e08a3c",
     "linear": "#8a8f3c",
