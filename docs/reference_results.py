@@ -128,6 +128,16 @@ def growth(run: str, *labels: str) -> pd.DataFrame:
     return pd.concat([pd.DataFrame({"surrogate": ["full DEM"], "exponent": [dem]}), pd.DataFrame(columns)])
 
 
+def direct_profile() -> pd.DataFrame:
+    """What `direct` spends its CPU time on; the four scripts together."""
+    rows = pd.read_csv(REFERENCE / "relaxation" / "profile.csv")
+    parts = rows.part.where(rows.part.str.startswith("LAMMPS"), rows.part.str.split(",").str[0] + ", four in all")
+    sums = rows.groupby(parts, sort=False)[["cpu_s", "share"]].sum()
+    sums.loc["all"] = sums.sum()
+    columns = {"CPU time (s)": sums.cpu_s.map("{:.2f}".format), "share": sums.share.map("{:.1%}".format)}
+    return pd.DataFrame(columns).reset_index()
+
+
 def temperatures_k() -> pd.DataFrame:
     """Mean temperatures of slurry 6 at demo scale, in K: while its box shrinks, and at the end of the run."""
     thermo = read_table(REFERENCE / "densification" / "demo_6.csv")

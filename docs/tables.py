@@ -24,6 +24,7 @@ from reference_results import (
     ROOT,
     accuracy,
     by_slurry,
+    direct_profile,
     full_scale_estimates,
     growth,
     measured_rates,
@@ -86,6 +87,9 @@ def noise() -> pd.DataFrame:
         "floor (µm²)": mean.perturbation_floor_um2.map("{:.4f}".format),
     }
     return pd.DataFrame(columns).reset_index()
+
+
+table(direct_profile)
 
 
 @table
