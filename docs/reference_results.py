@@ -7,6 +7,7 @@ import yaml
 
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
+from slurrycast.evaluation.verdicts import EQUIVALENT, judge, judged_rows
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "results" / "reference"
@@ -53,6 +54,11 @@ def relaxed(run: str) -> pd.DataFrame:
     )
 
 
+def verdicts(run: str) -> pd.DataFrame:
+    """Rows of tables/verdicts.csv, which runs before that table have not, from their structural errors."""
+    return judge(judged_rows(read_result(run, "structure_errors"), slurries(run, "test")))
+
+
 def measured_rates() -> dict[str, float]:
     """Rates at reduced scale: particle-steps a CPU second, CPU seconds of training a particle and epoch, MB."""
     cost = read_result("reduced", "cost")
@@ -96,18 +102,24 @@ def full_scale_estimates() -> pd.DataFrame:
 
 def accuracy(run: str, *labels: str) -> pd.DataFrame:
     """What the surrogates of a run reach and cost: means over its test slurries."""
-    mse, skill = (by_slurry(run, "skill", column) for column in ("mse_um2", "skill"))
-    cost, errors = by_slurry(run, "front", "cost_share_of_full_dem"), relaxed(run)
+    skill, cost = by_slurry(run, "skill", "skill"), by_slurry(run, "front", "cost_share_of_full_dem")
+    errors, judged = relaxed(run), verdicts(run).set_index("surrogate")
     rows = []
-    for label in labels or read_result(run, "skill").surrogate.unique():
-        skills, density, rdf = skill[label], errors.density_error[label], errors.rdf_ratio[label]
+    for label in labels or list(dict.fromkeys(judged.index)):
+        density, rdf, found = errors.density_error[label], errors.rdf_ratio[label], judged.loc[label]
+        skills = skill.get(label)
+        contacts = found[found.measure == "coordination_all"].mean_in_sd.iloc[0]
+        inside = (found.verdict == EQUIVALENT).sum()
         rows.append(
             {
                 "surrogate": f"`{label}`",
-                "MSE (µm²)": f"{mse[label].mean():.3f}",
-                "skill (least to greatest)": f"{skills.mean():.2f} ({skills.min():.2f} to {skills.max():.2f})",
+                "skill (least to greatest)": None
+                if skills is None
+                else f"{skills.mean():.2f} ({skills.min():.2f} to {skills.max():.2f})",
                 "density error (largest)": f"{density.mean():.2%} ({density.max():.2%})",
                 "RDF difference (largest)": f"{rdf.mean():.2f} ({rdf.max():.2f})",
+                "contacts (replica sd)": f"{contacts:+.1f}",
+                "inside the noise": f"{inside} of {len(found)}",
                 "cost": f"{cost[label].mean():.1%}",
             }
         )
