@@ -3,8 +3,8 @@
 In: tables/structure_errors.csv, and the slurries to judge on.
 Out: tables/verdicts.csv, a row for each surrogate and judged measure: the number of slurries; of the difference from
 the DEM in replica sd, mean_in_sd and the ends of its interval of 90 %, lower_in_sd and upper_in_sd; p of the t test
-that it is zero, and p_holm, corrected over all rows; and verdict: equivalent, differs or not resolved, or empty for
-less than three slurries. `slurrycast.evaluation.verdicts` has the definitions.
+that it is zero, and p_holm, corrected over the measures of the surrogate; and verdict: equivalent, differs or not
+resolved, or empty for less than three slurries. `slurrycast.evaluation.verdicts` has the definitions.
 """
 
 from slurrycast.data.tables import read_table, write_table

@@ -93,6 +93,16 @@ def test_many_comparisons_take_more_to_differ():
     assert set(among.verdict[1:]) == {EQUIVALENT}
 
 
+def test_a_surrogate_differs_or_not_whatever_others_are_judged():
+    """p of 0.006 is enough among its own two measures, and would not be among all 22 of the table."""
+    clear = {("net", "density_g_cm3"): around(4.0, 2.6), ("net", "overlap_mean"): around(0.0, 1.0)}
+    others = {(f"other{k}", "density_g_cm3"): around(0.0, 1.0) for k in range(20)}
+    table = judge(errors(clear | others))
+    assert table.p_holm[0] == pytest.approx(2 * table.p[0])
+    assert FAMILY_LEVEL / 22 < table.p[0] < FAMILY_LEVEL / 2
+    assert list(table.verdict) == [DIFFERS] + 21 * [EQUIVALENT]
+
+
 def test_a_scatter_of_zero_or_none_measures_nothing():
     rows = errors({("net", "density_g_cm3"): [1.0] * 7})
     for unknown in (0.0, np.nan):

@@ -13,7 +13,7 @@ import pandas as pd
 from slurrycast.evaluation.noise import BAND_SDS, RDF_PREFIX
 
 CONFIDENCE = 0.9  # of the interval of a mean difference
-FAMILY_LEVEL = 1 - CONFIDENCE  # probability of any "differs" among all that is judged together, where nothing does
+FAMILY_LEVEL = 1 - CONFIDENCE  # probability of any false "differs", "better" or "worse" among all that is tested together
 FEWEST_TO_JUDGE = 3
 EQUIVALENT, DIFFERS, NOT_RESOLVED = "equivalent", "differs", "not resolved"
 # What is judged, in groups by how the quantity begins. The packing fractions say the same as the density again, and the
@@ -94,6 +94,9 @@ def in_noise(errors: pd.DataFrame) -> pd.Series:
 def judge(errors: pd.DataFrame) -> pd.DataFrame:
     """Whether each surrogate is inside the noise of the DEM in each measure.
 
+    Each surrogate is a question of its own, whether its structure differs from the DEM's, and a row of the figure. So
+    its measures are one family of tests, and how many other surrogates are judged does not matter.
+
     Parameters
     ----------
     errors
@@ -104,15 +107,16 @@ def judge(errors: pd.DataFrame) -> pd.DataFrame:
     -------
     Rows of tables/verdicts.csv, one a surrogate and measure. Of the mean of `in_noise` over the slurries: its number of
     slurries, value, interval and p value; of an RDF the roots of mean and interval, with their sign, so that all are in
-    replica sd. `p_holm` is corrected by `holm` over all rows.
+    replica sd. `p_holm` is corrected by `holm` over the measures of the surrogate.
 
     Notes
     -----
     "equivalent"    the interval lies within +- BAND_SDS replica sd. So a difference that is resolved, but inside the
                     band, is equivalent. An interval of 90 % makes this a pair of one-sided tests at 5 %. It is not
                     corrected: equivalent in all measures takes every one of these tests.
-    "differs"       not equivalent, and p_holm is below `FAMILY_LEVEL`. Without the correction, this would say that the
-                    interval leaves zero out.
+    "differs"       not equivalent, and p_holm is below `FAMILY_LEVEL`, so that a surrogate like the DEM differs in any
+                    measure with at most this probability. Without the correction, this would say that the interval
+                    leaves zero out.
     "not resolved"  neither: the slurries are too few or scatter too much. This is no pass.
 
     The verdict is missing for fewer than `FEWEST_TO_JUDGE` slurries. An RDF cannot differ by being nearer to the DEM
@@ -125,7 +129,7 @@ def judge(errors: pd.DataFrame) -> pd.DataFrame:
     for column in ("mean_in_sd", "lower_in_sd", "upper_in_sd"):
         values = table[column].to_numpy(dtype=float)
         table[column] = np.where(of_rdf, np.sign(values) * np.sqrt(np.abs(values)), values)
-    table["p_holm"] = holm(table.p)
+    table["p_holm"] = table.groupby("surrogate").p.transform(holm)
     inside = (table.lower_in_sd >= -BAND_SDS) & (table.upper_in_sd <= BAND_SDS)
     verdict = np.where(inside, EQUIVALENT, np.where(table.p_holm < FAMILY_LEVEL, DIFFERS, NOT_RESOLVED))
     return table.assign(verdict=pd.Series(verdict, index=table.index, dtype=object).where(table.p.notna()))
