@@ -72,11 +72,11 @@ def test_rules_hand_text_to_the_shell_quoted_only(root):
     """In every `shell:`, what is not quoted (`:q`) is one of these numbers, or a list of some."""
     numbers = {"runtime", "budgeted", "tasks", "seed", "steps", "bins"}
     numbers |= {"input_frames", "first_frame", "last_frame", "last_input_frame", "target_frame", "input_steps"}
-    numbers |= {"first_frame_seen"}
+    numbers |= {"first_frame_seen", "restart_frames"}
     numbers |= {"cutoff_um", "displacement_um", "frame_interval_us", "validation_share"}
     numbers |= {"max_density_difference", "max_density_drift"}
     shells = 0
-    for path in [root / "Snakefile", *sorted((root / "workflow" / "rules").glob("*.smk"))]:
+    for path in [root / "Snakefile", *sorted((root / "workflow" / "rules").rglob("*.smk"))]:
         text = path.read_text()
         assert re.search(r"^\s*(run|script|notebook|wrapper):", text, re.MULTILINE) is None
         for shell in re.findall(r'^ +shell:\n((?: +".*\n)+)', text, re.MULTILINE):

@@ -13,7 +13,7 @@ import pandas as pd
 from slurrycast.evaluation.noise import BAND_SDS, RDF_PREFIX
 
 CONFIDENCE = 0.9  # of the interval of a mean difference
-FAMILY_LEVEL = 1 - CONFIDENCE  # probability of any false "differs", "better" or "worse" among all that is tested together
+FAMILY_LEVEL = 1 - CONFIDENCE  # probability of any false "differs" or "better" among tests that belong together
 FEWEST_TO_JUDGE = 3
 EQUIVALENT, DIFFERS, NOT_RESOLVED = "equivalent", "differs", "not resolved"
 # What is judged, in groups by how the quantity begins. The packing fractions say the same as the density again, and the
