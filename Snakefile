@@ -86,6 +86,7 @@ rule tables:
         rules.compare_coordinates.output.table,
         rules.compare_rdf.output.table,
         rules.measure_equilibrium.output.table,
+        rules.measure_relaxation.output.table,
         rules.check_training_range.output.table if TRAINING else [],
         rules.compare_costs.output.table,
     localrule: True

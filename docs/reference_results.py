@@ -5,6 +5,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
+from slurrycast.analysis.temperatures import DENSIFIED, densifying
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.evaluation.verdicts import EQUIVALENT, judge, judged_rows
@@ -151,9 +152,7 @@ def direct_profile() -> pd.DataFrame:
 
 
 def temperatures_k() -> pd.DataFrame:
-    """Mean temperatures of slurry 6 at demo scale, in K: while its box shrinks, and at the end of the run."""
+    """Temperatures of slurry 6 at demo scale, in K: means while it densifies, and those at the end of the run."""
     thermo = read_table(REFERENCE / "densification" / "demo_6.csv")
-    shrinking = (thermo.time_us > 0) & (thermo.density_g_cm3 < 0.95 * thermo.density_g_cm3.iloc[-1])
-    end = thermo.time_us > 0.9 * thermo.time_us.iloc[-1]
-    means = {"densification, to 95 % of the density": thermo[shrinking], "the last tenth of the run": thermo[end]}
-    return pd.DataFrame({name: rows.mean() for name, rows in means.items()}).T
+    name = f"mean while densifying, to {DENSIFIED:.0%} of the density"
+    return pd.DataFrame({name: densifying(thermo).mean(), "end of the run": thermo.iloc[-1]}).T

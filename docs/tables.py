@@ -140,10 +140,10 @@ def barostats() -> pd.DataFrame:
 
 @table
 def temperatures() -> pd.DataFrame:
-    """What particles do at the 300 K of the thermostat, in slurry 6."""
+    """Temperatures of slurry 6 under a thermostat of 300 K."""
     columns = {"slurry 6, translation (K)": "temperature_k", "rotation (K)": "temperature_rotational_k"}
     rows = temperatures_k().rename(columns={value: key for key, value in columns.items()})[list(columns)]
-    return rows.map("{:,.0f}".format).rename_axis("mean over").reset_index()
+    return rows.map("{:,.0f}".format).rename_axis("temperature").reset_index()
 
 
 @table

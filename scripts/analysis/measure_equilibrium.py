@@ -1,9 +1,11 @@
-"""Measure how far each DEM slurry has come: density and contacts at its end, and whether it is in equilibrium.
+"""Measure how far each DEM slurry has come: density, contacts and motion at its end, and whether it is in equilibrium.
 
 In: run.json and thermo.csv of every slurry.
 Out: a table (CSV) of one row a slurry: density_drift is the relative change of density over the last 10 % of the run,
 with a warning where it exceeds the bound; drift and time_to_equilibrium_us are empty for a run that ends at the last
-input frame (role new), and so is the warning.
+input frame (role new), and so is the warning. temperature_densifying_k is that of translation, its mean until the
+density is 99 % of its last value; temperature_k, of translation, temperature_rotational_k and kinetic_share, the
+kinetic energy over pressure x volume, are those of the last row.
 """
 
 import json
@@ -11,6 +13,7 @@ import sys
 
 import pandas as pd
 
+from slurrycast.analysis.temperatures import densifying, kinetic_share
 from slurrycast.data.tables import read_table, write_table
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
@@ -40,6 +43,10 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
         "mean_contacts": end["mean_contacts"],
         "density_drift": drift,
         "time_to_equilibrium_us": time_us,
+        "temperature_densifying_k": densifying(thermo).temperature_k.mean(),
+        "temperature_k": end["temperature_k"],
+        "temperature_rotational_k": end["temperature_rotational_k"],
+        "kinetic_share": kinetic_share(end, run["particles"], run["physics"]["dem"]["pressure_kpa"]),
         "run_time_us": end["time_us"],
         "warning": warning,
     }

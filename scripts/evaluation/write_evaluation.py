@@ -1,7 +1,7 @@
 """Write evaluation.html: what the surrogates of a run are worth, in one file that opens without a network.
 
 In: the tables of the evaluation, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
-names: verdicts, skill, front, relaxation, uncertainty.
+names: slurry_<surrogate>_<slurry>, verdicts, skill, front, relaxation, uncertainty.
 Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 

@@ -1,7 +1,7 @@
 """Relax a predicted microstructure in LAMMPS: overlaps pushed off, then a fixed number of DEM steps under pressure.
 
-The steps are those of the slurry's DEM, but for a barostat of their own and a temperature that falls from a start value
-to the DEM's: at the DEM's own temperature the particles are too slow to find their places in so few steps.
+The steps are those of the slurry's DEM, but for a barostat of their own and a thermostat whose set point falls from a
+start value to that of the DEM: with the latter alone the particles are too slow to find their places in so few steps.
 
 In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inputs of its slurry, the prediction itself
 (HDF5, for what the particles are).

@@ -33,7 +33,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--inputs", "inputs.json of every slurry", nargs="+")
     parser.add_input("--run-json", "run.json of every slurry", nargs="+")
     parser.add_input("--density", "tables/density_volume.csv")
-    parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium")
+    parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
     parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
     parser.add_tables("speedup")
@@ -58,6 +58,7 @@ def main(args: Namespace) -> None:
         coordinate_errors=read_table(args.coordinate_errors),
         rdf_errors=read_table(args.rdf_errors),
         equilibrium=read_equilibrium(args.equilibrium),
+        relaxation_ends=read_table(args.relaxation_ends),
         training_range=read_table(args.training_range) if args.training_range else None,
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),

@@ -149,15 +149,17 @@ def dem_run(folder: Path, slurry: str, density_g_cm3: np.ndarray) -> list[Path]:
     segments = [
         {"step_start": 1000 * k, "step_end": 1000 * (k + 1), "wall_s": 2.0 + k, "cpu_s": 1.0 + k} for k in range(4)
     ]
-    physics = {"slurry": {"mass_units": 2.6, "thickness_ratio": 1.6, "seed": 7}}
+    physics = {"slurry": {"mass_units": 2.6, "thickness_ratio": 1.6, "seed": 7}, "dem": {"pressure_kpa": 100.0}}
     run = {"slurry": slurry, "particles": N, "steps": 4000, "physics": physics, "segments": segments}
     run["start"] = {"wall_s": 0.5, "cpu_s": 0.25}
     paths = [folder / f"{slurry}_run.json", folder / f"{slurry}_thermo.csv"]
     paths[0].write_text(json.dumps(run))
     time_us = 2.0 * np.arange(len(density_g_cm3))
-    contacts = np.linspace(0, 6.5, len(time_us))
-    columns = {"step": np.arange(len(time_us)), "time_us": time_us, "density_g_cm3": density_g_cm3}
-    pd.DataFrame(columns | {"mean_contacts": contacts}).to_csv(paths[1], index=False)
+    rows = np.arange(len(time_us))
+    columns = {"step": rows, "time_us": time_us, "density_g_cm3": density_g_cm3}
+    columns |= {"mean_contacts": np.linspace(0, 6.5, len(time_us)), "lx_um": 5.0, "ly_um": 5.0, "lz_um": 8.0}
+    columns |= {"temperature_k": 1000.0 * rows, "temperature_rotational_k": 10.0 * rows}
+    pd.DataFrame(columns).to_csv(paths[1], index=False)
     return paths
 
 
@@ -170,7 +172,8 @@ def test_equilibrium(outputs, tmp_path):
     rows = written("measure_equilibrium", **options, **outputs)
     assert list(rows.columns) == [
         "slurry", "role", "mass_units", "thickness_ratio", "particles", "density_g_cm3", "mean_contacts",
-        "density_drift", "time_to_equilibrium_us", "run_time_us", "warning",
+        "density_drift", "time_to_equilibrium_us", "temperature_densifying_k", "temperature_k",
+        "temperature_rotational_k", "kinetic_share", "run_time_us", "warning",
     ]  # fmt: skip
     keys = [("T1", "train", 2.6), ("1", "test", 2.6), ("N1", "new", 2.6)]
     assert list(rows.iloc[:, :3].itertuples(index=False, name=None)) == keys
@@ -179,12 +182,52 @@ def test_equilibrium(outputs, tmp_path):
     np.testing.assert_allclose(rows.mean_contacts, 6.5)
     np.testing.assert_allclose(rows.density_drift, [0, 0.1 / 2.25, np.nan], atol=1e-8)
     assert rows.time_to_equilibrium_us[0] == pytest.approx(42)
+    # rows 1 to 20 and 1 to 97, 1000 K more in each: the next one is the first from 99 % of 2.25 g/cm3 on
+    np.testing.assert_allclose(rows.temperature_densifying_k, [10500, 49000, 49000])
+    assert {*rows.temperature_k, *rows.temperature_rotational_k} == {100000, 1000}
+    share = 1.5 * 1.3806504e-8 * ((N - 1) * 100000 + N * 1000) / (100 * 5 * 5 * 8)
+    np.testing.assert_allclose(rows.kinetic_share, share, rtol=1e-8)
     assert list(rows.warning.isna()) == [True, False, True]
     assert rows.warning[1] == (
         "not in equilibrium: density changed by +4.44 % over the last 10 % of the run, at most 0.2 % is allowed"
     )
     said = run_script("measure_equilibrium", **options, **outputs).stderr
     assert said == f"warning: slurry 1: {rows.warning[1]}\n"
+
+
+@pytest.mark.parametrize(
+    ("pressure_kpa", "kinetic_share", "warning"),
+    [
+        (101.9, 1e-4, None),
+        (97.9, 9e-5, "not at rest: pressure is -2.1 % off, at most 2 % is allowed"),
+        (
+            103.0,
+            2e-4,
+            "not at rest: kinetic energy is 0.0002 of pressure x volume, at most 0.0001 is allowed; "
+            "pressure is +3 % off, at most 2 % is allowed",
+        ),
+    ],
+)
+def test_ends_of_relaxations(outputs, tmp_path, pressure_kpa, kinetic_share, warning):
+    end = {"temperature_k": 700.0, "temperature_rotational_k": 40.0, "pressure_kpa": pressure_kpa}
+    origin = {"slurry": "2", "surrogate": "net", "relaxation": json.dumps({"steps": 2400})}
+    path = tmp_path / "relaxed.h5"
+    write_store(path, [frame(0, target_um(1), EDGES_UM)], PARTICLES, **origin, **end, kinetic_share=kinetic_share)
+    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
+    (row,) = written("measure_relaxation", relaxed=path, **bounds, **outputs).to_dict("records")
+    said = run_script("measure_relaxation", relaxed=path, **bounds, **outputs).stderr
+    assert said == (f"warning: net, slurry 2: {warning}\n" if warning else "")
+    expected = {"surrogate": "net", "slurry": "2", "steps": 2400} | end | {"kinetic_share": kinetic_share}
+    assert {name: row[name] for name in expected} == expected
+    assert row["warning"] == warning if warning else pd.isna(row["warning"])
+
+
+def test_a_structure_that_was_not_relaxed_is_refused(slurry, outputs):
+    path = slurry("1", 11)["predicted"]
+    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
+    said = refusal("measure_relaxation", relaxed=path, **bounds, **outputs)
+    missing = "temperature_k, temperature_rotational_k, pressure_kpa, kinetic_share"
+    assert said == f"error: {path}: no attribute {missing}, must be the output of relax_slurry\n"
 
 
 def test_costs(tmp_path):

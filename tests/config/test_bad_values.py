@@ -86,6 +86,7 @@ OUT_OF_RANGE = {
     "relaxation.pressure_damping_steps": ("a whole number at least 500 and at most 1000000", [1, 200.0, 0.2]),
     "relaxation.start_thermal_share": ("a number at least 0 and at most 0.1", [-INF, 3.0e4]),
     "relaxation.max_kinetic_share": ("a number above 0 and at most 1", [0, 1.5]),
+    "relaxation.pressure_within": ("a number above 0 and at most 1", [0, 2.0]),
     "relaxation.steps_of.affine_f18": (STEPS, [0]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),

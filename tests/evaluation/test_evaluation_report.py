@@ -222,10 +222,10 @@ def test_a_network_is_no_rival_of_another(evaluation):
 
 
 def test_surrogates_inside_the_noise_are_named(evaluation):
-    """Off by 4 sd differs, by about 1 is equivalent, and by 1.5 give or take too much is not resolved."""
+    """Off by 4 sd differs, by about 1 is equivalent, and by 1.5 with a single slurry far off is not resolved."""
     rows = evaluation.structure_errors
     scattered = (rows.surrogate == "affine_f02") & (rows.quantity == "coordination_all") & (rows.slurry == "1")
-    rows = rows.assign(value=rows.value.where(~scattered, rows.value + 3 * rows.replica_sd))
+    rows = rows.assign(value=rows.value.where(~scattered, rows.value + 5 * rows.replica_sd))
     evaluation = with_structures(evaluation, rows)
     found = noise_verdicts(evaluation)
     assert found["inside"] == ["affine", "net", "early_dem_x2"]
@@ -235,10 +235,10 @@ def test_surrogates_inside_the_noise_are_named(evaluation):
     assert by_label["persistence"][2] == (pytest.approx(worst), "2")
     named = "density, coordination, overlap, RDF (2)"
     assert by_label["persistence"][3:] == [0, 0, 5, named, "RDF, all particles (+5.5)"]
-    assert by_label["affine_f02"][3:] == [4, 1, 0, "coordination", "coordination, all particles (+2.3)"]
+    assert by_label["affine_f02"][3:] == [4, 1, 0, "coordination", "coordination, all particles (+2.7)"]
     page = page_of(evaluation)
     assert "Equivalent to the DEM in all judged measures: affine, net and early_dem_x2." in page.all("p")
-    assert page.all("h3")[0] == "Which relaxed structures are inside the noise of the DEM?"
+    assert page.all("h2")[0] == "Inside the noise of the DEM?"
 
 
 def test_when_none_is_inside_the_noise_or_judged_the_page_says_so(evaluation):
@@ -325,14 +325,14 @@ def test_intervals_that_cover_what_they_should(evaluation, coverage, correlation
 
 def test_sections_without_a_table_are_left_out(evaluation):
     titles = page_of(evaluation).all("h2")
-    assert len(titles) == 7
+    assert len(titles) == 8
     more = {
         "ablation": pd.DataFrame({"surrogate": ["net"], "validation_mse_um2": [0.1]}),
         "relaxation": relaxation_table({"net": [True, True]}),
         "uncertainty": uncertainty_table(COVERAGE),
     }
     for name, table in more.items():
-        assert len(page_of(replace(evaluation, **{name: table})).all("h2")) == 8
+        assert len(page_of(replace(evaluation, **{name: table})).all("h2")) == 9
 
 
 def test_no_negative_zero(evaluation):

@@ -99,10 +99,24 @@ def results(tmp_path, model, history) -> Results:
             "mean_contacts": 6.0,
             "density_drift": [0.0001, 0.0002, 0.01, np.nan],
             "time_to_equilibrium_us": [1.2, 1.2, 2.3, np.nan],
+            "temperature_densifying_k": [62000.0, 62000.0, 108000.4, 75000.0],
+            "temperature_k": [860.0, 860.0, 190.0, 62000.0],
+            "temperature_rotational_k": [10.0, 10.0, 80.0, 300.0],
+            "kinetic_share": [2.5e-7, 2.5e-7, 1.2e-7, 1e-5],
             "run_time_us": [2.4, 2.4, 2.4, 0.2],
             "warning": ["", "", "density drifts by <1 %> & more", ""],
         }
     )
+    ends = [(700.0, 40.0, 101.3, 2e-7), (900.0, 20.0, 101.9, 3e-7), (800.0, 30.0, 103.9, 1e-3)]
+    end_state = ("temperature_k", "temperature_rotational_k", "pressure_kpa")
+    relaxation_ends = pd.DataFrame(
+        [
+            (name, slurry, 2000 if name == "net" else 3500, *end, np.nan)
+            for name in surrogates
+            for slurry, end in zip(("2", "6", "N1"), ends, strict=True)
+        ],
+        columns=["surrogate", "slurry", "steps", *end_state, "kinetic_share", "warning"],
+    ).astype({"warning": object})
     hybrid = {
         "net": {"2": (2.2512, 44.4), "6": (2.31, 216.4), "N1": (2.2345, 44.7)},
         "affine": {"2": (2.2624, 44.2), "6": (2.163, 231.1), "N1": (2.2222, 45.0)},
@@ -179,6 +193,7 @@ def results(tmp_path, model, history) -> Results:
         coordinate_errors=coordinate_errors,
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
+        relaxation_ends=relaxation_ends,
         training_range=training_range,
         costs=costs,
         speedup=speedup_table(surrogates),
@@ -193,7 +208,8 @@ def results(tmp_path, model, history) -> Results:
 
 def restricted(results: Results, slurries: list[str], **changes: object) -> Results:
     """The same run with only some of its slurries; `-` stands for all of them."""
-    tables = ("equilibrium", "density", "coordinate_errors", "rdf_errors", "costs", "speedup", "training_range")
+    tables = ("equilibrium", "relaxation_ends", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
+    tables += ("training_range",)
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
     inputs = {slurry: results.inputs[slurry] for slurry in slurries}
     runs = {slurry: results.runs[slurry] for slurry in slurries}
@@ -210,9 +226,9 @@ def page_of(results: Results) -> Page:
 
 
 def notices_of(page: Page) -> list[str]:
-    """What the box at the head says, before the first section."""
-    first = next(place for place, (tag, _) in enumerate(page.blocks) if tag == "h2")
-    return [" ".join(text.split()) for tag, text in page.blocks[:first] if tag == "li"]
+    """What the box below the summary says, before the second section."""
+    second = [place for place, (tag, _) in enumerate(page.blocks) if tag == "h2"][1]
+    return [" ".join(text.split()) for tag, text in page.blocks[:second] if tag == "li"]
 
 
 def test_network_is_read_from_the_model_file(model):
@@ -256,7 +272,8 @@ def test_numbers_stand_in_their_rows(results):
         ["Input frames, at steps", "70, 80, 90, 100", "350,000, 400,000, 450,000, 500,000"],
         ["Learning rate, net", "0.0001", "0.0001"],
         ["NiO", "6.67", "0.6 (1)", "0.6000", "0.6010", "0.10"],
-        ["6", "test", "5", "2", "500", "2.4", "2.1000", "6.00", "1.00%", "–"],
+        ["6", "test", "5", "2", "500", "2.4", "2.1000", "6.00", "1.00%", "–", "108,000", "190", "80", "1.2e-07"],
+        ["net", "2,000", "1.0e-03", "700 to 900", "20 to 40", "101.3 to 103.9"],
         ["6", "2.1000", "2.1630", "2.3100", "+3.00%", "+10.00%", "2.2437", "2.7822", "+24.0%"],
         ["6", "2.1", "36", "0.0317", "0.0217", "0.0317", "0.0217"],
         ["N1", "net", "1", "100", "1.0000", "2.2345", "-0.2%", "44.7"],

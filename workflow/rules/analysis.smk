@@ -5,11 +5,11 @@ REQUIRED INPUTS:
     frames/{slurry}.h5
     hybrid/{surrogate}/{slurry}/predicted.h5, relaxed.h5
     costs/
-    config[analysis]
+    config[analysis], config[relaxation]
 
 OUTPUTS:
     rdf/{surrogate}/{slurry}.csv tables/density_volume.csv, coordinate_errors.csv, rdf_errors.csv, equilibrium.csv,
-    training_range.csv, cost.csv, speedup.csv
+    relaxation_ends.csv, training_range.csv, cost.csv, speedup.csv
 """
 
 
@@ -33,6 +33,30 @@ rule measure_equilibrium:
     shell:
         "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q} --roles {params.roles:q}"
         " --max-density-drift {params.max_density_drift} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_relaxation:
+    """Find how near to rest each relaxed structure is."""
+    input:
+        **code("analysis/measure_relaxation"),
+        relaxed=expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
+    output:
+        table=reported("tables/relaxation_ends.csv", "relaxation_ends", "Tables", table="ends of relaxations"),
+        cost=f"{RESULTS}/costs/measure_relaxation.json",
+    log:
+        f"{RESULTS}/logs/measure_relaxation.log",
+    localrule: True
+    conda:
+        "../../envs/analysis.yaml"
+    params:
+        pressure_kpa=config["dem"]["pressure_kpa"],
+        max_kinetic_share=config["relaxation"]["max_kinetic_share"],
+        pressure_within=config["relaxation"]["pressure_within"],
+    shell:
+        "python {input.script:q} --relaxed {input.relaxed:q} --pressure-kpa {params.pressure_kpa} --max-kinetic-share"
+        " {params.max_kinetic_share} --pressure-within {params.pressure_within} --table {output.table:q}"
+        " --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
@@ -174,6 +198,7 @@ rule collect_costs:
                 slurry=PREDICTED,
             ),
             rules.measure_equilibrium.output.cost,
+            rules.measure_relaxation.output.cost,
             *([rules.check_training_range.output.cost] if TRAINING else []),
             rules.measure_density.output.cost,
             rules.compare_coordinates.output.cost,

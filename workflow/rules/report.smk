@@ -256,6 +256,7 @@ rule write_report:
         coordinate_errors=rules.compare_coordinates.output.table,
         rdf_errors=rules.compare_rdf.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
+        relaxation_ends=rules.measure_relaxation.output.table,
         training_range=rules.check_training_range.output.table if TRAINING else [],
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
@@ -288,8 +289,9 @@ rule write_report:
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
         " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
-        " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --cost-table {input.cost:q}"
-        " --speedup {input.speedup:q} {params.training_range:q} --surrogates {params.surrogates:q} --models"
+        " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --relaxation-ends"
+        " {input.relaxation_ends:q} --cost-table {input.cost:q} --speedup {input.speedup:q}"
+        " {params.training_range:q} --surrogates {params.surrogates:q} --models"
         " {params.models:q} --histories {params.histories:q} --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"
 
@@ -312,6 +314,7 @@ rule write_evaluation:
         relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
         uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
         figures=[
+            *expand(rules.render_slurry.output.figure, surrogate=PICTURED[:1], slurry=with_role("test")[:1]),
             rules.plot_verdicts.output.figure,
             rules.plot_skill.output.figure,
             rules.plot_front.output.figure,

@@ -117,6 +117,20 @@ def pictures(results: Results, slurries: Sequence[str]) -> list[dict]:
     return entries
 
 
+def relaxation_ends(results: Results) -> dict:
+    """State of the relaxed structures of each surrogate at the end of their relaxation, as ranges over slurries."""
+    rows = []
+    for surrogate in results.surrogates:
+        ends = results.relaxation_ends[results.relaxation_ends.surrogate == surrogate]
+        rows.append(
+            [
+                *(surrogate, ends.steps, ends.kinetic_share.max()),
+                *(ends.temperature_k, ends.temperature_rotational_k, ends.pressure_kpa),
+            ]
+        )
+    return {"rows": rows}
+
+
 def new_slurries(results: Results) -> dict | None:
     """Slurries without a target: what the chain says of them; None where there are none."""
     new = results.slurries("new")

@@ -32,6 +32,7 @@ class Results:
     coordinate_errors: pd.DataFrame
     rdf_errors: pd.DataFrame
     equilibrium: pd.DataFrame
+    relaxation_ends: pd.DataFrame
     training_range: pd.DataFrame | None  # None without training slurries
     costs: pd.DataFrame
     speedup: pd.DataFrame

@@ -11,13 +11,10 @@ from slurrycast.report.results import Results
 def report_html(results: Results) -> str:
     """The report: all tables and figures of a run, beside the numbers of the reference article."""
     rdfs = comparison_statistics.rdfs(results)
+    gains = statistics.gains_over_affine(results)
     sections = {
-        "summary": statistics.key_results(results) | {"gains": statistics.gains_over_affine(results)},
-        "workflow": {},
-        "settings": statistics.settings(results),
-        "dem_runs": statistics.dem_runs(results),
-        "surrogates": statistics.surrogates(results),
-        "training_range": statistics.training_range(results),
+        "summary": statistics.key_results(results),
+        "gains": {"gains": gains} if gains else None,
         "comparison": {
             "rdfs": rdfs,
             "densities": comparison_statistics.densities(results),
@@ -25,7 +22,13 @@ def report_html(results: Results) -> str:
             "pictures": comparison_statistics.pictures(results, results.compared),
         },
         "new_slurries": comparison_statistics.new_slurries(results),
+        "relaxation": comparison_statistics.relaxation_ends(results),
         "costs": comparison_statistics.costs(results),
+        "dem_runs": {},
+        "surrogates": statistics.surrogates(results),
+        "training_range": statistics.training_range(results),
+        "settings": statistics.settings(results),
+        "workflow": {},
         "provenance": comparison_statistics.provenance(results),
     }
     shared = {
@@ -34,6 +37,8 @@ def report_html(results: Results) -> str:
         "compared": results.compared,
         "particles": results.equilibrium.particles.sum(),
         "rdfs": rdfs,
+        "lead": next(iter(comparison_statistics.pictures(results, [*results.test, *results.equilibrium.slurry])), None),
+        "dem": statistics.dem_runs(results),
         **statistics.notices(results),
     }
     return page_html("report", sections, shared)
@@ -42,7 +47,8 @@ def report_html(results: Results) -> str:
 def evaluation_html(evaluation: Evaluation) -> str:
     """The evaluation: surrogates beside cheap alternatives and the DEM's noise."""
     sections = {
-        "verdicts": verdict_statistics.verdict_numbers(evaluation),
+        "verdicts": verdict_statistics.noise_verdicts(evaluation),
+        "networks": verdict_statistics.network_verdicts(evaluation) if evaluation.networks else None,
         "skill": evaluation_statistics.skill(evaluation),
         "noise": evaluation_statistics.noise(evaluation),
         "structure": evaluation_statistics.structure(evaluation),
@@ -56,6 +62,7 @@ def evaluation_html(evaluation: Evaluation) -> str:
     shared = {
         **vars(evaluation),
         "missing": sorted({*evaluation.networks} - {*evaluation.structure_errors.surrogate}),
+        "lead": next((stem for stem in evaluation.figures if stem.startswith("slurry_")), None),
         "test": evaluation.test,
         "band_sds": BAND_SDS,
         "rdf_band": RDF_BAND,

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from slurrycast.analysis.temperatures import DENSIFIED
 from slurrycast.evaluation.verdicts import by_verdict, compare
 from slurrycast.report import reference_article as article
 from slurrycast.report.formats import MISSING, number, widest
@@ -16,6 +17,7 @@ from slurrycast.surrogates import family
 
 DENSITY_TOLERANCE = 0.02  # a final density this far from the expected one is worth a notice
 AFFINE = "affine"  # what a network is held against: it learns nothing but one packing fraction
+MOST_ALIKE = 3  # notices of one kind that are shown one by one
 ROLE_NAMES = {"train": "training", "validation": "validation", "test": "test", "new": "new"}
 
 
@@ -40,12 +42,14 @@ def article_errors() -> pd.DataFrame:
 
 
 def notices(results: Results) -> dict:
-    """What limits the results: a foreign model, runs not in equilibrium, odd densities, extrapolation."""
+    """What limits the results: runs not in equilibrium, structures not at rest, odd densities, extrapolation."""
     dem = results.density[results.density.model == "DEM"]
     odd = dem[(dem.density_g_cm3 / results.expected_density_g_cm3 - 1).abs() > DENSITY_TOLERANCE]
     return {
         "unsettled": [row for row in results.equilibrium.itertuples() if row.warning],
         "odd_densities": list(odd.itertuples()),
+        "restless": list(results.relaxation_ends.dropna(subset=["warning"]).itertuples()),
+        "most_alike": MOST_ALIKE,
         "density_tolerance": DENSITY_TOLERANCE,
         "extrapolations": extrapolations(results),
     }
@@ -125,7 +129,7 @@ def key_results(results: Results) -> dict:
     return {
         "mse_um2": means("mse_um2"),
         "r2": means("r2"),
-        "density": [share.mean() for share in shares],
+        "density": pd.Series([share.mean() for share in shares]),
         "largest": [widest(share) for share in shares],
         "rdf": [
             (pair_name(pair), [results.mean_over_test(results.rdf_differences(name, pair)) for name in labels])
@@ -188,14 +192,16 @@ def dem_runs(results: Results) -> dict:
     settled_us = equilibrium.time_to_equilibrium_us.where(equilibrium.warning == "")
     table = equilibrium.assign(role=equilibrium.role.map(ROLE_NAMES), time_to_equilibrium_us=settled_us)
     columns = ["slurry", "role", "mass_units", "thickness_ratio", "particles", "run_time_us", "density_g_cm3"]
-    columns += ["mean_contacts", "density_drift", "time_to_equilibrium_us"]
+    columns += ["mean_contacts", "density_drift", "time_to_equilibrium_us", "temperature_densifying_k"]
+    columns += ["temperature_k", "temperature_rotational_k", "kinetic_share"]
     complete = equilibrium[equilibrium.role != "new"]
     settled = complete[complete.warning == ""].dropna(subset=["time_to_equilibrium_us"])
     return {
         "rows": table[columns].to_numpy().tolist(),
         "times_us": settled.time_to_equilibrium_us,
         "slowest": None if settled.empty else settled.loc[settled.time_to_equilibrium_us.idxmax()],
-        "unsettled": list(complete.slurry[complete.warning != ""]),
+        "densified": DENSIFIED,
+        "not_settled": list(complete.slurry[complete.warning != ""]),
     }
 
 

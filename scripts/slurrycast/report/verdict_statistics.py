@@ -15,10 +15,9 @@ def mean_and_worst(values: pd.Series, lowest_is_worst: bool = False) -> list[flo
     return [values.mean(), widest(values, lowest_is_worst)]
 
 
-def verdict_numbers(evaluation: Evaluation) -> dict:
-    """Which surrogates are inside the noise of the DEM, what each network adds, and what does better for less."""
+def network_verdicts(evaluation: Evaluation) -> dict:
+    """What each network adds, and what does better for less."""
     return {
-        "noise_verdicts": noise_verdicts(evaluation),
         "skills": network_skills(evaluation),
         "at_equal_cost": network_errors_at_equal_cost(evaluation),
         "rivals": better_for_less(evaluation),

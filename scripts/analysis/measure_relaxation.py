@@ -1,0 +1,73 @@
+"""Measure how near to rest each relaxed structure is: temperatures, kinetic energy and pressure at its end.
+
+In: relaxed structures (HDF5), whose attributes hold the state at the end of their relaxation.
+Out: a table (CSV) of one row a structure: steps, temperature_k of translation and temperature_rotational_k,
+pressure_kpa, kinetic_share, the kinetic energy over pressure x volume, and a warning where this share or the pressure
+is out of bounds.
+"""
+
+import json
+import sys
+
+from slurrycast.data.frames import FrameStore, read_frames
+from slurrycast.data.tables import write_table
+from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.costs import measured_cost
+from slurrycast.runtime.files import InputError
+
+END_STATE = ("temperature_k", "temperature_rotational_k", "pressure_kpa", "kinetic_share")
+
+
+def warnings(row: dict, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> list[str]:
+    """What is out of bounds at the end of a relaxation to `pressure_kpa`."""
+    found = []
+    if row["kinetic_share"] > max_kinetic_share:
+        found.append(
+            f"kinetic energy is {row['kinetic_share']:.2g} of pressure x volume, at most {max_kinetic_share:.2g} is "
+            "allowed"
+        )
+    deviation = row["pressure_kpa"] / pressure_kpa - 1
+    if abs(deviation) > pressure_within:
+        found.append(f"pressure is {100 * deviation:+.3g} % off, at most {100 * pressure_within:.3g} % is allowed")
+    return found
+
+
+def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> dict:
+    """Row of the table for one relaxed structure. InputError if it does not say how its relaxation ended."""
+    missing = [name for name in END_STATE if name not in store.attributes]
+    if missing:
+        raise InputError(f"{store.path}: no attribute {', '.join(missing)}, must be the output of relax_slurry")
+    row = {
+        "surrogate": store.attributes["surrogate"],
+        "slurry": store.attributes["slurry"],
+        "steps": json.loads(store.attributes["relaxation"])["steps"],
+        **{name: float(store.attributes[name]) for name in END_STATE},
+    }
+    found = warnings(row, pressure_kpa, max_kinetic_share, pressure_within)
+    return row | {"warning": f"not at rest: {'; '.join(found)}" if found else ""}
+
+
+def add_options(parser: Parser) -> None:
+    """Add the options."""
+    parser.add_input("--relaxed", "relaxed structures (HDF5)", nargs="+")
+    parser.add_value("--pressure-kpa", "pressure of the barostat", type=float)
+    parser.add_value("--max-kinetic-share", "kinetic energy over pressure x volume above which to warn", type=float)
+    parser.add_value("--pressure-within", "relative deviation of the pressure above which to warn", type=float)
+    parser.add_output("--table", "table of all relaxations (CSV)")
+    parser.add_output("--cost", "cost record (JSON)")
+
+
+def main(args: Namespace) -> None:
+    """Measure all structures and write the table; warnings go to stderr too."""
+    with measured_cost(args.cost, "measure_relaxation"):
+        rows = []
+        for path in args.relaxed:
+            with read_frames(path) as store:
+                rows.append(end_row(store, args.pressure_kpa, args.max_kinetic_share, args.pressure_within))
+            if rows[-1]["warning"]:
+                print("warning: {surrogate}, slurry {slurry}: {warning}".format(**rows[-1]), file=sys.stderr)
+        write_table(args.table, rows)
+
+
+if __name__ == "__main__":
+    run_main(main, add_options, __doc__)
