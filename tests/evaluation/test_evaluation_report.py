@@ -241,6 +241,22 @@ def test_surrogates_inside_the_noise_are_named(evaluation):
     assert page.all("h2")[0] == "Inside the noise of the DEM?"
 
 
+def test_page_begins_with_a_picture_the_verdict_and_its_table(evaluation, tmp_path):
+    imsave(tmp_path / "slurry_net_2.png", np.zeros((20, 30, 3)))
+    figures = evaluation.figures | {"slurry_net_2": tmp_path / "slurry_net_2.png"}
+    html = evaluation_html(replace(evaluation, figures=figures, networks=["net", "other"]))
+    expected = (
+        "image/webp",
+        "Equivalent to the DEM",
+        "Table E1",
+        "other is not in tables",
+        "How it is judged",
+        "Table E2",
+    )
+    places = [html.index(text) for text in expected]
+    assert places == sorted(places)
+
+
 def test_when_none_is_inside_the_noise_or_judged_the_page_says_so(evaluation):
     far = with_structures(evaluation, structure_table({"affine": 9.0, "net": 9.0}))
     assert "No surrogate is equivalent to the DEM in all judged measures." in page_of(far).all("p")

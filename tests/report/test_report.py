@@ -326,6 +326,26 @@ def test_notices_come_from_the_data(results):
     )
 
 
+def test_structures_that_are_not_at_rest_are_named_or_counted(results):
+    rows = results.relaxation_ends
+    for restless, expected in (
+        (3, [f"affine, relaxed slurry {slurry}: too <fast>." for slurry in ("2", "6", "N1")]),
+        (5, ["5 relaxed structures are not at rest; affine, relaxed slurry 2, for one: too <fast>."]),
+    ):
+        warned = rows.assign(warning=["too <fast>"] * restless + [np.nan] * (len(rows) - restless))
+        notices = notices_of(page_of(replace(results, relaxation_ends=warned)))
+        assert [notice for notice in notices if "relaxed" in notice] == expected
+
+
+def test_page_begins_with_a_picture_the_verdict_and_the_summary(results):
+    html = report_html(results)
+    places = [
+        html.index(text) for text in ("<img", "After relaxation, the density is", "Key results", "To keep in mind")
+    ]
+    assert places == sorted(places)
+    assert Page(html).all("h2")[-2] == "Workflow"
+
+
 def test_slurries_outside_in_the_same_quantities_share_a_notice(results):
     reached = {"2": (200.0, 1.4), "6": (500.0, 1.4), "7": (400.0, 1.2), "8": (50.0, 1.4)}
     ranges = {"particles": (100.0, 150.0), "density_g_cm3": (1.3, 1.5)}

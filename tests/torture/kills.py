@@ -25,8 +25,8 @@ STAGES = {
         "training": "train_surrogate fit_surrogate",
         "prediction": "predict_slurry",
         "relaxation": "wrap_slurry relax_slurry",
-        "analysis": "measure_equilibrium check_training_range measure_density compute_rdf compare_coordinates"
-        " compare_rdf collect_costs compare_costs",
+        "analysis": "measure_equilibrium measure_relaxation check_training_range measure_density compute_rdf"
+        " compare_coordinates compare_rdf collect_costs compare_costs",
         "report": "record_run draw_rules plot_workflow plot_densification plot_learning_curves plot_coordinates"
         " plot_density plot_rdf plot_costs write_report",
     }.items()

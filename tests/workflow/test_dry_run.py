@@ -1,5 +1,6 @@
 """Plans of the workflow: what would be done, for every shipped configuration and for unusual ones."""
 
+import json
 import re
 import subprocess
 import sys
@@ -75,6 +76,16 @@ def test_order_of_keys_repeats_nothing(tmp_path):
     phase = {"size_classes": [{"number_fraction": 1.0, "diameter_um": 1.1}]}  # the other way round
     formulation = {"unit_mass_pg": 170.0, "phases": {"BDPD": phase}}
     assert physics(force_field=default["force_field"], formulation=formulation) == before
+
+
+def test_bounds_at_the_end_of_a_relaxation_do_not_repeat_it(tmp_path):
+    bounds = {"max_kinetic_share": 0.0123, "pressure_within": 0.0456}
+    done = plan(own(tmp_path, relaxation=bounds), "tables")
+    assert done.returncode == 0, done.stdout + done.stderr
+    of_script = dict(re.findall(r"(\w+\.py) (--.*)", done.stdout))
+    assert "--max-kinetic-share 0.0123 --pressure-within 0.0456" in of_script["measure_relaxation.py"]
+    settings = json.loads(re.search(r"--settings '(.*?)'", of_script["relax_slurry.py"])[1])
+    assert settings.keys() == load("config")["relaxation"].keys() - {"steps_of", *bounds}
 
 
 def write_slurries(path: Path, rows: list[tuple[str, str]]) -> str:
