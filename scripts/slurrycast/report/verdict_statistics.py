@@ -28,15 +28,17 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
     """tables/verdicts.csv by surrogate.
 
     `rows` are counts of verdicts, what is not equivalent and the measure that is farthest off; `inside` are the
-    surrogates that are equivalent to the DEM in all judged measures; `judged` says whether there is any verdict.
+    surrogates that are equivalent to the DEM in all judged measures; `nearest` is the one that is so in most, with how
+    many these are and of how many, None where there is no verdict.
     """
-    rows, inside = [], []
+    rows, inside, equivalent = [], [], {}
     for surrogate in labels_of(evaluation.structure_errors):
         judged = evaluation.verdicts[evaluation.verdicts.surrogate == surrogate].dropna(subset=["verdict"])
         groups = judged.measure[judged.verdict != EQUIVALENT].map(group_of).value_counts(sort=False)
         counts, farthest = [None, None, None], None
         if not judged.empty:
             counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
+            equivalent[surrogate] = (counts[0], len(judged))
             row = judged.loc[judged.mean_in_sd.abs().idxmax()]
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"
         named = ", ".join(f"{group} ({count})" if count > 1 else group for group, count in groups.items())
@@ -44,7 +46,8 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
         rows.append([surrogate, evaluation.relaxed_for[surrogate], *mean_and_worst(density), *counts, named, farthest])
         if counts[0] == len(judged):
             inside.append(surrogate)
-    return {"rows": rows, "inside": inside, "judged": evaluation.verdicts.verdict.notna().any()}
+    nearest = max(equivalent, key=lambda surrogate: equivalent[surrogate][0], default=None)
+    return {"rows": rows, "inside": inside, "nearest": (nearest, *equivalent[nearest]) if equivalent else None}
 
 
 def network_skills(evaluation: Evaluation) -> list[dict]:
