@@ -340,7 +340,7 @@ def test_structures_that_are_not_at_rest_are_named_or_counted(results):
 def test_page_begins_with_a_picture_the_verdict_and_the_summary(results):
     html = report_html(results)
     places = [
-        html.index(text) for text in ("<img", "After relaxation, the density is", "Key results", "To keep in mind")
+        html.index(text) for text in ("<img", "After relaxation, the surrogates end", "Key results", "To keep in mind")
     ]
     assert places == sorted(places)
     assert Page(html).all("h2")[-2] == "Workflow"
