@@ -298,6 +298,17 @@ def test_steps_of_relaxation_are_said_once_or_by_surrogate(results, steps, expec
     assert relaxation_steps(replace(results, costs=rows)) == expected
 
 
+def test_a_surrogate_without_coordinates_has_dashes(results):
+    """Like one that knows no places of single particles; then none that does."""
+    errors = results.coordinate_errors
+    page = page_of(replace(results, coordinate_errors=errors[errors.surrogate == "net"]))
+    assert ["MSE of coordinates (µm²)", "–", "0.278", "0.123"] in page.rows
+    assert "MSE over all axes is 0.123 µm² (net, largest along x)." in page.text
+    page = page_of(replace(results, coordinate_errors=errors[:0]))
+    assert ["MSE of coordinates (µm²)", "–", "–", "0.123"] in page.rows
+    assert "MSE over all axes" not in page.text
+
+
 def test_report_escapes_what_it_is_given(results):
     html = report_html(results)
     assert "<1 %>" not in html

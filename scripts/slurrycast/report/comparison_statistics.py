@@ -44,10 +44,11 @@ def coordinates(results: Results) -> dict:
 
 
 def coordinates_figure(results: Results, slurry: str) -> dict:
-    """Of one slurry: MSE and worst axis of each surrogate, and the article's R2 on each axis where it states it."""
+    """Of one slurry: MSE and worst axis of each surrogate that predicts places, and the article's R2 on each axis."""
     rows = results.coordinate_errors[results.coordinate_errors.slurry == slurry]
     mse_um2 = rows.pivot(index="axis", columns="surrogate", values="mse_um2")
-    errors = [(name, mse_um2[name]["all"], mse_um2[name].drop("all").idxmax()) for name in results.surrogates]
+    placed = [name for name in results.surrogates if name in mse_um2]
+    errors = [(name, mse_um2[name]["all"], mse_um2[name].drop("all").idxmax()) for name in placed]
     return {"slurry": slurry, "errors": errors, "article_r2": list(article.R2_PER_AXIS.get(slurry, {}).values())}
 
 
