@@ -341,7 +341,7 @@ def test_structures_that_are_not_at_rest_are_named_or_counted(results):
     rows = results.relaxation_ends
     for restless, expected in (
         (3, [f"affine, relaxed slurry {slurry}: too <fast>." for slurry in ("2", "6", "N1")]),
-        (5, ["5 relaxed structures are not at rest; affine, relaxed slurry 2, for one: too <fast>."]),
+        (5, ["5 relaxed structures have a warning. affine, relaxed slurry 2, for one: too <fast>."]),
     ):
         warned = rows.assign(warning=["too <fast>"] * restless + [np.nan] * (len(rows) - restless))
         notices = notices_of(page_of(replace(results, relaxation_ends=warned)))
