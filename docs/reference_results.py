@@ -13,8 +13,15 @@ from slurrycast.evaluation.verdicts import EQUIVALENT, judge, judged_rows
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "results" / "reference"
 
+MISSING = "-"
+
 # What reference results of earlier commits call otherwise, by its old name.
 OLD_QUANTITIES = {"twin_floor_um2": "perturbation_floor_um2"}
+
+
+def load(name: str) -> dict:
+    """A file in config/ as it is."""
+    return yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8"))
 
 
 def read_result(run: str, name: str) -> pd.DataFrame:
@@ -80,9 +87,7 @@ def measured_rates() -> dict[str, float]:
 def full_scale_estimates() -> pd.DataFrame:
     """Jobs of the full scale: job, particles, steps (or epochs) and cpu_h, the CPU hours at the measured rates."""
     measured = measured_rates()
-    config, full = (
-        yaml.safe_load((ROOT / "config" / f"{name}.yaml").read_text(encoding="utf-8")) for name in ("config", "full")
-    )
+    config, full = map(load, ("config", "full"))
     types = particle_types(config["formulation"]["phases"])
     runs = pd.read_csv(ROOT / config["slurries"], sep="\t", dtype={"id": str}).set_index("id")
     unit_mass_pg = full["formulation"]["unit_mass_pg"]
@@ -141,14 +146,24 @@ def growth(run: str, *labels: str) -> pd.DataFrame:
     return pd.concat([pd.DataFrame({"surrogate": ["full DEM"], "exponent": [dem]}), pd.DataFrame(columns)])
 
 
-def direct_profile() -> pd.DataFrame:
-    """What `direct` spends its CPU time on; the four scripts together."""
-    rows = pd.read_csv(REFERENCE / "relaxation" / "profile.csv")
-    parts = rows.part.where(rows.part.str.startswith("LAMMPS"), rows.part.str.split(",").str[0] + ", four in all")
-    sums = rows.groupby(parts, sort=False)[["cpu_s", "share"]].sum()
-    sums.loc["all"] = sums.sum()
-    columns = {"CPU time (s)": sums.cpu_s.map("{:.2f}".format), "share": sums.share.map("{:.1%}".format)}
-    return pd.DataFrame(columns).reset_index()
+def relaxation_settings() -> pd.DataFrame:
+    """Mean differences of relaxed structures from the DEM in replica sd, by start, setting, value and slurry.
+
+    Columns are the measures of relaxation/settings.csv and lammps_cpu_s, the mean CPU seconds of LAMMPS.
+    """
+    runs = read_table(REFERENCE / "relaxation" / "settings.csv")
+    measures = ["density_g_cm3", "coordination_all", "share_below_4_contacts", "overlap_mean"]
+    dem = runs[runs.start == "dem"].groupby("slurry")
+    particles, freedom = dem.particles.first(), dem.size() - 1
+    variance = dem[measures].var().mul(particles * freedom, axis=0).sum() / freedom.sum()  # of one particle
+    sd = pd.DataFrame({name: (variance[name] / particles) ** 0.5 for name in measures})
+    means = (
+        runs[runs.start != "dem"]
+        .groupby(["start", "setting", "value", "slurry"], dropna=False, sort=False)
+        .mean(numeric_only=True)
+    )
+    in_sd = (means[measures] - dem[measures].mean()) / sd
+    return in_sd.reindex(means.index).assign(lammps_cpu_s=means.lammps_cpu_s)
 
 
 def temperatures_k() -> pd.DataFrame:
