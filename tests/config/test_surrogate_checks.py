@@ -73,13 +73,13 @@ def test_a_model_without_its_box_needs_the_packing_fraction(with_model):
     ("packing_fraction", "expected"),
     [
         (None, ["direct", "persistence", "vgg16", "early_dem_x2"]),
-        (0.66, ["direct", "direct_box", "persistence", "affine", "vgg16", "driven_dem", "early_dem_x2"]),
+        (0.66, ["direct", "persistence", "affine", "vgg16", "direct_box", "driven_dem", "early_dem_x2"]),
     ],
 )
 def test_what_needs_no_training_slurries(config, packing_fraction, expected):
     """driven_dem goes on with the DEM as early_dem does, but the box has to come from somewhere."""
     config["surrogate"]["packing_fraction"] = packing_fraction
-    labels = [*config["surrogate"]["names"], "vgg16_box", "driven_dem", "early_dem_x2"]
+    labels = [*config["surrogate"]["names"], "direct_box", "vgg16_box", "driven_dem", "early_dem_x2"]
     assert [label for label in labels if without_training(config, label)] == expected
 
 
