@@ -5,8 +5,6 @@ names: slurry_<surrogate>_<slurry>, verdicts, skill, front, relaxation, uncertai
 Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 
-import json
-
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.report.evaluation_results import Evaluation
 from slurrycast.report.sections import evaluation_html
@@ -21,7 +19,6 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_value("--run", "name of the run, for the title")
     parser.add_value("--networks", "labels to hold against affine and early_dem", nargs="*", default=[])
-    parser.add_value("--relaxed-for", "JSON: steps of relaxation by label", type=json.loads)
     parser.add_tables("equilibrium", *TABLES)
     for name in OPTIONAL_TABLES:
         parser.add_input(f"--{name}", f"tables/{name}.csv, where the run has one", required=False)
@@ -36,7 +33,6 @@ def main(args: Namespace) -> None:
         run=args.run,
         roles=dict(zip(equilibrium.slurry, equilibrium.role, strict=True)),
         networks=args.networks,
-        relaxed_for=args.relaxed_for,
         **{name: read_table(getattr(args, name)) for name in TABLES},
         **{name: read_table(path) if (path := getattr(args, name)) else None for name in OPTIONAL_TABLES},
         figures={path.stem: path for path in args.figures},

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("in_empty_project")
 NAN, INF = float("nan"), float("inf")
 KNOWN = ", ".join(surrogates.NAMES)
 CONFIG = load("config")
-NAMES, FURTHER = ", ".join(CONFIG["surrogate"]["names"]), ", ".join(CONFIG["evaluation"]["surrogates"])
+NAMES = ", ".join(CONFIG["surrogate"]["names"])
 RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.', '..', 'README.md' and 'reference'"
 COMMAND = "text without control characters, not empty, no hyphen in front"
 ID = "text of at most 50 letters, digits and '_'"
@@ -87,7 +87,6 @@ OUT_OF_RANGE = {
     "relaxation.start_thermal_share": ("a number at least 0 and at most 0.1", [-INF, 3.0e4]),
     "relaxation.max_kinetic_share": ("a number above 0 and at most 1", [0, 1.5]),
     "relaxation.pressure_within": ("a number above 0 and at most 1", [0, 2.0]),
-    "relaxation.steps_of.affine_f18": (STEPS, [0]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
     "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
@@ -119,7 +118,6 @@ UNKNOWN = [
     ("plot", {}, f"one of {', '.join(CONFIG)} (do you mean report?)"),
     ("formulation.phases.Ni-O", {}, PHASE),
     (f"{NIO}.size_classes[0].shape", 2, "one of diameter_um, number_fraction"),
-    ("relaxation.steps_of.Affine", 100, "the name of a surrogate, or a label with one"),
 ]
 MISSING = {
     "report": "a section with pictures",
@@ -223,11 +221,6 @@ CONFLICTS = [
     ("evaluation.surrogates", ["affine"], ': "affine": must not be in surrogate.names too'),
     ("evaluation.surrogates", ["vgg19"], f": 'vgg19' is not known, allowed: {KNOWN}"),
     ("report.pictures", ["affine_f02"], f': "affine_f02": must be one of surrogate.names, {NAMES}'),
-    (
-        "relaxation.steps_of",
-        {"affine_f99": 100},
-        f': "affine_f99": must be the name of a surrogate, {KNOWN}, or a label of this run, {NAMES}, {FURTHER}',
-    ),
     ("analysis.rdf_pair", ["NiO", "YSZ"], ': "YSZ": must be one of BDPD, NiO, 8YSZ'),
 ]
 VARIANT = "and _f<NN> for the last input frame"

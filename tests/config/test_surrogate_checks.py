@@ -6,7 +6,7 @@ import pytest
 
 from configurations import HEADER
 from slurrycast.config.configuration import check
-from slurrycast.config.label_settings import first_frame_seen, relaxation_steps, without_training
+from slurrycast.config.label_settings import first_frame_seen, without_training
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -88,12 +88,3 @@ def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
     config["surrogate"]["neighbours"]["earlier_frames"] = 2
     expected = {"neighbours": 8, "neighbours_f18": 16, "vgg16": 10, "linear": 10}
     assert {label: first_frame_seen(config, label) for label in expected} == expected
-
-
-def test_relaxation_steps_of_a_label_go_before_those_of_its_surrogate(config):
-    config["relaxation"] |= {"steps": 3500, "steps_of": {"neighbours": 2000, "neighbours_f18": 1500}}
-    expected = {"affine": 3500, "neighbours": 2000, "neighbours_f18": 1500, "neighbours_f06": 2000}
-    assert {label: relaxation_steps(config, label) for label in expected} == expected
-    config["relaxation"]["steps_of"] = {"early_dem": 1000}  # a name that is no label without a variant
-    assert check(config) == []
-    assert relaxation_steps(config, "early_dem_x2") == 1000

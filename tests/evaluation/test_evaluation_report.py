@@ -1,6 +1,5 @@
 """The page of the evaluation from small tables: verdicts in every direction, and a file that loads nothing."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -110,7 +109,6 @@ def evaluation(tmp_path) -> Evaluation:
         run="unit",
         roles=ROLES | {"T1": "train"},
         networks=["net"],
-        relaxed_for=dict.fromkeys(("persistence", "affine", "affine_f02", "early_dem_x2"), 3500) | {"net": 2000},
         skill=skill_table({"affine": 0.0, "net": 0.0, "persistence": -2.0}),
         noise=pd.DataFrame(noise, columns=["slurry", "particles", "quantity", "runs", "mean", "sd"]),
         structure_errors=structure_table(in_sd),
@@ -231,11 +229,10 @@ def test_surrogates_inside_the_noise_are_named(evaluation):
     assert found["inside"] == ["affine", "net", "early_dem_x2"]
     by_label = {row[0]: row[1:] for row in found["rows"]}
     worst = 4 * 1.1 * 0.005 / 2.24
-    assert by_label["persistence"][:2] == [3500, pytest.approx(4 * 0.005 / 2.24)]
-    assert by_label["persistence"][2] == (pytest.approx(worst), "2")
+    assert by_label["persistence"][:2] == [pytest.approx(4 * 0.005 / 2.24), (pytest.approx(worst), "2")]
     named = "density, coordination, overlap, RDF (2)"
-    assert by_label["persistence"][3:] == [0, 0, 5, named, "RDF, all particles (+5.5)"]
-    assert by_label["affine_f02"][3:] == [4, 1, 0, "coordination", "coordination, all particles (+2.7)"]
+    assert by_label["persistence"][2:] == [0, 0, 5, named, "RDF, all particles (+5.5)"]
+    assert by_label["affine_f02"][2:] == [4, 1, 0, "coordination", "coordination, all particles (+2.7)"]
     page = page_of(evaluation)
     assert "Equivalent to the DEM in all judged measures: affine, net and early_dem_x2." in page.all("p")
     assert page.all("h2")[0] == "Inside the noise of the DEM?"
@@ -269,7 +266,7 @@ def test_when_none_is_inside_the_noise_or_judged_the_page_says_so(evaluation):
         evaluation = with_structures(evaluation, unknown)
         found = noise_verdicts(evaluation)
         assert (found["nearest"], found["inside"]) == (None, [])
-        assert {tuple(row[4:]) for row in found["rows"]} == {(None, None, None, "", None)}
+        assert {tuple(row[3:]) for row in found["rows"]} == {(None, None, None, "", None)}
         assert "None is judged: that takes 3 test slurries" in page_of(evaluation).text
 
 
@@ -283,7 +280,6 @@ def test_a_surrogate_without_coordinates_has_all_but_a_skill(evaluation):
     evaluation = replace(
         with_structures(evaluation, rows),
         networks=["net", "direct"],
-        relaxed_for={**evaluation.relaxed_for, "direct": 3500},
         front=pd.concat([evaluation.front, front]),
         equal_cost=pd.concat([evaluation.equal_cost, beside]),
     )
@@ -415,8 +411,7 @@ def test_page_from_files(tmp_path, evaluation):
     tables["ablation"] = pd.DataFrame(ablation)
     tables["relaxation"] = relaxation_table({"affine": [True, True], "net": [False, True]})
     tables["uncertainty"] = uncertainty_table(COVERAGE)
-    options = {"run": "unit", "networks": "net"}
-    options |= {"relaxed_for": json.dumps(evaluation.relaxed_for), "figures": [*evaluation.figures.values()]}
+    options = {"run": "unit", "networks": "net", "figures": [*evaluation.figures.values()]}
     for name, table in tables.items():
         options[name] = tmp_path / f"{name}.csv"
         table.to_csv(options[name], index=False)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from configurations import ROOT, load, shipped
+from configurations import load, shipped
 from reference_results import REFERENCE, relaxation_settings
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.dem.recipe import particle_counts, particle_types
@@ -28,28 +28,6 @@ def test_relaxation():
     default = load("config")["relaxation"]
     for _, setting, value, _ in in_sd.index:
         assert setting in ("none", "packing_fraction") or default[setting] != value
-
-
-def test_relaxation_steps_of_some_surrogates():
-    runs = pd.read_csv(REFERENCE / "relaxation" / "steps.csv")
-    default = load("config")["relaxation"]
-    config = load("small")
-    own = config["relaxation"]["steps_of"]
-    seen = pd.read_csv(ROOT / config["slurries"], sep="\t").query("role in ('train', 'test')").id
-    assert not set(runs.slurry) & set(seen)
-    same = (runs.start_temperature_k == default["start_temperature_k"]) & (
-        runs.pressure_damping_us == default["pressure_damping_us"]
-    )
-    errors = runs[same].pivot_table(index="slurry", columns=["surrogate", "steps"], values="density_error")
-    assert len(errors) == 10
-    labels = [("neighbours", "neighbours"), ("driven_dem", "driven_dem"), ("driven_dem", "driven_dem_f24")]
-    assert set(own) == {name for name, _ in labels}
-    shorter, longer = ([errors[label, steps] for _, label in labels] for steps in (own["neighbours"], default["steps"]))
-    assert set(own.values()) == {own["neighbours"]}
-    for short, long in zip(shorter, longer, strict=True):
-        assert short.notna().all() and long.notna().all() and abs(short.mean()) < abs(long.mean())
-    affine = errors["affine", default["steps"]]
-    assert affine.notna().all() and abs(affine.mean()) < min(abs(error.mean()) for error in longer)
 
 
 def test_barostat_of_the_larger_scales():

@@ -19,7 +19,7 @@ from slurrycast.report.formats import SlurryValue, listed, named, number, span
 from slurrycast.report.network_table import read_network
 from slurrycast.report.results import Results
 from slurrycast.report.sections import report_html
-from slurrycast.report.statistics import article_structures, extrapolations, gains_over_affine, relaxation_steps
+from slurrycast.report.statistics import article_structures, extrapolations, gains_over_affine
 from slurrycast.runtime.files import InputError
 
 PHASES = {"NiO": (0.6, 6.67, 0.6), "BDPD": (0.4, 0.8, 1.1)}  # mass fraction, g/cm3, um
@@ -111,7 +111,7 @@ def results(tmp_path, model, history) -> Results:
     end_state = ("temperature_k", "temperature_rotational_k", "pressure_kpa")
     relaxation_ends = pd.DataFrame(
         [
-            (name, slurry, 2000 if name == "net" else 3500, *end, np.nan)
+            (name, slurry, 50, *end, np.nan)
             for name in surrogates
             for slurry, end in zip(("2", "6", "N1"), ends, strict=True)
         ],
@@ -173,8 +173,7 @@ def results(tmp_path, model, history) -> Results:
             costs += [(stage, name, slurry, wall_s) for name in surrogates for stage, wall_s in hybrid]
             costs += [("generate_inputs", "-", slurry, 0.25), ("extract_frames", "-", slurry, 0.25)]
     costs = pd.DataFrame(costs, columns=["stage", "surrogate", "slurry", "wall_s"])
-    steps = np.where(costs.stage == "relax_slurry", np.where(costs.surrogate == "net", 2000, 3500), np.nan)
-    costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0, steps=steps)
+    costs = costs.assign(cpu_s=costs.wall_s, max_rss_mb=100.0)
     segments = [{"step_start": 0, "step_end": 600, "wall_s": 20.0, "cpu_s": 20.0}]
     segments += [{"step_start": 600, "step_end": 1200, "wall_s": 80.0, "cpu_s": 80.0}]
     start = {"wall_s": 0.0, "cpu_s": 0.0}
@@ -258,7 +257,7 @@ def test_report_holds_the_numbers_and_loads_nothing(results):
     coordinates, structure = reference_article.COORDINATE_ERRORS["6"], reference_article.HYBRID_STRUCTURE["6"]
     article = [str(coordinates.mse_um2), str(coordinates.r2), f"{structure.density_g_cm3:.4f}", "16,443", "1,230 min"]
     ours = ["2.2512", "2.2345", "0.123", "0.9876", "0.0217", "23,803,139", "2.1000", "0.6010"]
-    for expected in (*ours, "3,500 of affine; 2,000 of net", *article):
+    for expected in (*ours, *article):
         assert expected in page.text, expected
     assert page.loads_nothing
     assert page.images == len(results.figures)
@@ -270,10 +269,11 @@ def test_numbers_stand_in_their_rows(results):
         ["MSE of coordinates (µm²)", "0.555", "0.278", "0.123"],
         ["– largest", "3.00% (slurry 6)", "10.00% (slurry 6)", "24% (slurry 6)"],
         ["Input frames, at steps", "70, 80, 90, 100", "350,000, 400,000, 450,000, 500,000"],
+        ["Relaxation after the prediction (steps)", "50", "not stated"],
         ["Learning rate, net", "0.0001", "0.0001"],
         ["NiO", "6.67", "0.6 (1)", "0.6000", "0.6010", "0.10"],
         ["6", "test", "5", "2", "500", "2.4", "2.1000", "6.00", "1.00%", "–", "108,000", "190", "80", "1.2e-07"],
-        ["net", "2,000", "1.0e-03", "700 to 900", "20 to 40", "101.3 to 103.9"],
+        ["net", "1.0e-03", "700 to 900", "20 to 40", "101.3 to 103.9"],
         ["6", "2.1000", "2.1630", "2.3100", "+3.00%", "+10.00%", "2.2437", "2.7822", "+24.0%"],
         ["6", "2.1", "36", "0.0317", "0.0217", "0.0317", "0.0217"],
         ["N1", "net", "1", "100", "1.0000", "2.2345", "-0.2%", "44.7"],
@@ -282,20 +282,6 @@ def test_numbers_stand_in_their_rows(results):
         ["LAMMPS, as its logs say", "22 Jul 2025"],
     ):
         assert row in rows, row
-
-
-@pytest.mark.parametrize(
-    ("steps", "expected"),
-    [
-        ({"affine": 3500, "net": 2000}, [(3500, ["affine"]), (2000, ["net"])]),
-        ({"affine": 3500, "net": 3500}, [(3500, [])]),
-        ({"affine": 3500}, [(3500, ["affine"])]),
-        ({"affine": 3500, "net": np.nan}, [(3500, ["affine"])]),
-    ],
-)
-def test_steps_of_relaxation_are_said_once_or_by_surrogate(results, steps, expected):
-    rows = pd.DataFrame({"surrogate": steps.keys(), "steps": steps.values()}).assign(stage="relax_slurry")
-    assert relaxation_steps(replace(results, costs=rows)) == expected
 
 
 def test_a_surrogate_without_coordinates_has_dashes(results):

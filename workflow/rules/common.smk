@@ -334,25 +334,20 @@ def prediction_minutes(wildcards, attempt):
 
 def relaxation(wildcards):
     """Settings of a relaxation; the wildcard `-500` stands for 500 steps, an empty one for those of the configuration."""
-    others = ("steps_of", "max_kinetic_share", "pressure_within")  # bounds are only checked
-    settings = {key: value for key, value in config["relaxation"].items() if key not in others}
-    steps = wildcards.steps.removeprefix("-") or label_settings.relaxation_steps(config, wildcards.surrogate)
-    return settings | {"steps": int(steps)}
+    bounds = ("max_kinetic_share", "pressure_within")  # only checked
+    settings = {key: value for key, value in config["relaxation"].items() if key not in bounds}
+    return settings | {"steps": int(wildcards.steps.removeprefix("-") or settings["steps"])}
 
 
 def relaxed_for_steps(path):
     """Outputs `path` of relax_slurry for every surrogate, validation slurry and number of steps.
 
-    The relaxation for as many steps as the configuration gives the surrogate is that of the main job.
+    The relaxation for relaxation.steps is that of the main job.
     """
     if not RELAXATION_STEPS:
         raise WorkflowError("evaluation.relaxation_steps = []: must be at least one number for this target")
-    paths = []
-    for label in LABELS:
-        configured = label_settings.relaxation_steps(config, label)
-        steps = ["" if number == configured else f"-{number}" for number in RELAXATION_STEPS]
-        paths += expand(path, surrogate=label, slurry=required("validation"), steps=steps)
-    return paths
+    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
+    return expand(path, surrogate=EVALUATED, slurry=required("validation"), steps=steps)
 
 
 def timestep_runs():

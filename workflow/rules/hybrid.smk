@@ -64,7 +64,7 @@ rule relax_slurry:
         " 2>&1 | tee {log:q}"
 
 
-# Of the main job, which relaxes for relaxation.steps or those of relaxation.steps_of.
+# Of the main job, which relaxes for relaxation.steps.
 RELAXED, RELAXATION_COST = (
     expand(path, steps="", allow_missing=True)[0]
     for path in (rules.relax_slurry.output.relaxed, rules.relax_slurry.output.cost)

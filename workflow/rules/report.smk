@@ -330,7 +330,6 @@ rule write_evaluation:
         "../../envs/analysis.yaml"
     params:
         run=config["run"]["name"],
-        relaxed_for=section({label: label_settings.relaxation_steps(config, label) for label in EVALUATED}),
         networks=[text for text, surrogate in KINDS.items() if surrogate.is_trained],
         optional=lambda wildcards, input: [
             word
@@ -339,8 +338,8 @@ rule write_evaluation:
             for word in (f"--{name}", input[name])
         ],
     shell:
-        "python {input.script:q} --run {params.run:q} --networks {params.networks:q} --relaxed-for"
-        " {params.relaxed_for:q} --equilibrium {input.equilibrium:q} --skill {input.skill:q} --noise {input.noise:q}"
+        "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"
+        " --equilibrium {input.equilibrium:q} --skill {input.skill:q} --noise {input.noise:q}"
         " --structure-errors {input.structure_errors:q} --verdicts {input.verdicts:q} --front {input.front:q} --equal-cost {input.equal_cost:q}"
         " --cost-scaling {input.cost_scaling:q} --article-costs {input.article_costs:q} {params.optional:q}"
         " --figures {input.figures:q} --page {output.page:q}"

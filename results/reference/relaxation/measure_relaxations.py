@@ -88,7 +88,7 @@ def relaxed(results: Path, run: str, start: str, settings: Mapping, packing_frac
 def rows(results: Path) -> Iterator[dict]:
     """Rows of the table."""
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    default = {key: value for key, value in config["relaxation"].items() if key != "steps_of"}
+    default = config["relaxation"]
     loose = config["surrogate"]["direct"]["packing_fraction"]
     runs = {path.stem: path for path in sorted((results / "frames").glob("V*.h5"))}
     dense = []

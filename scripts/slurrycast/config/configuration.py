@@ -56,7 +56,6 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     surrogate_checks.model_of_this_run: "run surrogate.model",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
-    surrogate_checks.steps_of: "relaxation.steps_of surrogate.names evaluation.surrogates",
     dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }

@@ -18,10 +18,3 @@ def first_frame_seen(config: Mapping, label: str) -> int:
     parsed = surrogates.parse(label)
     frames = parsed.input_frames(config["learning"]["input_frames"])
     return parsed.surrogate.first_frame_seen(frames, config["surrogate"].get(parsed.name, {}))
-
-
-def relaxation_steps(config: Mapping, label: str) -> int:
-    """Steps for which predictions of the surrogate with this label are relaxed in the main job."""
-    settings = config["relaxation"]
-    by_name = settings["steps_of"].get(surrogates.parse(label).name, settings["steps"])
-    return settings["steps_of"].get(label, by_name)

@@ -151,14 +151,3 @@ def model_of_this_run(config: Mapping, _) -> Iterator[str]:
             f"surrogate.model = {shown(path)}: must lie outside {written}, which this run writes: "
             "choose another run.name"
         )
-
-
-def steps_of(config: Mapping, _) -> Iterator[str]:
-    """Relaxation steps are given for surrogates that exist."""
-    used = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
-    for text in config["relaxation"]["steps_of"]:
-        if text not in used and text not in surrogates.NAMES:
-            yield (
-                f"relaxation.steps_of: {shown(text)}: must be the name of a surrogate, {', '.join(surrogates.NAMES)}, "
-                f"or a label of this run, {', '.join(used)}"
-            )

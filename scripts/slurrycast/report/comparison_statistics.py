@@ -123,12 +123,8 @@ def relaxation_ends(results: Results) -> dict:
     rows = []
     for surrogate in results.surrogates:
         ends = results.relaxation_ends[results.relaxation_ends.surrogate == surrogate]
-        rows.append(
-            [
-                *(surrogate, ends.steps, ends.kinetic_share.max()),
-                *(ends.temperature_k, ends.temperature_rotational_k, ends.pressure_kpa),
-            ]
-        )
+        temperatures = [ends.temperature_k, ends.temperature_rotational_k]
+        rows.append([surrogate, ends.kinetic_share.max(), *temperatures, ends.pressure_kpa])
     return {"rows": rows}
 
 

@@ -29,7 +29,6 @@ class Evaluation:
     run: str
     roles: Mapping[str, str]  # role by slurry
     networks: Sequence[str]  # labels that are held against affine and early_dem
-    relaxed_for: Mapping[str, int]  # steps by surrogate
     skill: pd.DataFrame
     noise: pd.DataFrame
     structure_errors: pd.DataFrame

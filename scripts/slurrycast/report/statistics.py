@@ -167,23 +167,10 @@ def settings(results: Results) -> dict:
         "article_input_steps": [frame * article.STEPS_PER_FRAME for frame in article.INPUT_FRAMES],
         "article_full_dem_s": 60 * article.FULL_DEM_MIN,
         "wall_s": jobs.wall_s,
-        "relaxation": relaxation_steps(results),
         "samples": results.equilibrium.particles[results.equilibrium.role == "train"].sum(),
         "training": {label: results.config["surrogate"].get(family(label), {}) for label in results.networks},
         "phases": phases,
     }
-
-
-def relaxation_steps(results: Results) -> list[tuple[int, list[str]]]:
-    """Steps of relaxation as they were taken, and the surrogates that took them; none named where all are alike."""
-    relaxations = results.costs[results.costs.stage == "relax_slurry"]
-    labels_by_steps = {}
-    for surrogate in results.surrogates:
-        for steps in relaxations[relaxations.surrogate == surrogate].steps.dropna().unique():
-            labels_by_steps.setdefault(int(steps), []).append(surrogate)
-    if [list(results.surrogates)] == list(labels_by_steps.values()):
-        return [(steps, []) for steps in labels_by_steps]
-    return list(labels_by_steps.items())
 
 
 def dem_runs(results: Results) -> dict:

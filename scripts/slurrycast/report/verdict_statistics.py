@@ -43,7 +43,7 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"
         named = ", ".join(f"{group} ({count})" if count > 1 else group for group, count in groups.items())
         density = evaluation.density_errors(surrogate).reindex(evaluation.test)
-        rows.append([surrogate, evaluation.relaxed_for[surrogate], *mean_and_worst(density), *counts, named, farthest])
+        rows.append([surrogate, *mean_and_worst(density), *counts, named, farthest])
         if counts[0] == len(judged):
             inside.append(surrogate)
     nearest = max(equivalent, key=lambda surrogate: equivalent[surrogate][0], default=None)
