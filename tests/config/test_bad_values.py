@@ -183,22 +183,22 @@ CONFLICTS = [
     (
         "convergence.timesteps_us",
         [0.0003, 0.001],
-        ": 0.0003: must divide dem.timestep_us x dem.thermo_every_steps = 1 us",
+        ": 0.0003: must divide dem.timestep_us x dem.thermo_every_steps = 0.8 us",
     ),
     # steps and frames beyond the run or out of order
     ("dem.steps", 60001, " = 60001: must be a multiple of dem.frames - 1 = 120"),
-    ("dem.thermo_every_steps", 300, " = 300: must divide the 500 steps between two frames"),
+    ("dem.thermo_every_steps", 300, " = 300: must divide the 400 steps between two frames"),
     (
         "dem.pressure_damping_us",
         120.5,
-        " = 120.5: the box would collapse in 120.5 us: must be at least 1 and at most 120 with dem.barostat = "
+        " = 120.5: the box would collapse in 120.5 us: must be at least 1 and at most 96 with dem.barostat = "
         '"berendsen", these particles, temperature and steps',
     ),
     (
         "dem.barostat",
         "npt",
-        "dem.pressure_damping_us = 14.0: the box would collapse in 0.002048 us: must be at least 1094 and at most "
-        '8.204e+05 with dem.barostat = "npt", these particles, temperature and steps',
+        "dem.pressure_damping_us = 11.2: the box would collapse in 0.001638 us: must be at least 1094 and at most "
+        '6.564e+05 with dem.barostat = "npt", these particles, temperature and steps',
     ),
     ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
     ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),

@@ -58,7 +58,7 @@ def test_changed_physics_is_refused_in_one_line(run, path, value, difference):
 
 
 def test_several_changes_are_counted_in_the_one_line(run):
-    changes = {"dem": {"steps": 120000, "skin_um": 0.1}, "force_field": {"granular_hertz": {"friction": 0.1}}}
+    changes = {"dem": {"steps": 96000, "skin_um": 0.1}, "force_field": {"granular_hertz": {"friction": 0.1}}}
     (line,) = check(merged(run, changes))
     assert "friction = 0.015, the configuration has 0.1 (and 2 more): choose" in line
 

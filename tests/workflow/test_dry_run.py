@@ -34,7 +34,7 @@ FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("con
 
 @pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
-    further = [] if scale.startswith("size") else ["evaluation", "convergence"]
+    further = [] if scale.startswith(("size", "recipe")) else ["evaluation", "convergence"]
     done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
