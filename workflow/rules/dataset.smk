@@ -47,6 +47,7 @@ rule assemble_dataset:
         cost=f"{RESULTS}/costs/assemble_dataset.json",
     log:
         f"{RESULTS}/logs/assemble_dataset.log",
+    priority: 3000  # as train_surrogate, which waits for it
     localrule: True
     conda:
         "../../envs/analysis.yaml"
