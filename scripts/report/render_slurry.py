@@ -29,7 +29,7 @@ from slurrycast.report.figures import INK, new_figure, phase_colours, phase_hand
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 AZIMUTH_DEG, ELEVATION_DEG = 30.0, 14.0
-PIXELS_PER_UM, MAX_PIXELS = 60, 1400
+PIXELS_PER_UM, MAX_PIXELS = 40, 900
 TIMEOUT_S = 900
 BOX_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 BOX_EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(BOX_CORNERS[i] - BOX_CORNERS[j]).sum() == 1]
@@ -81,7 +81,7 @@ def render_with_pyvista(structures: Sequence[Structure], half_um: np.ndarray, pa
     _, up, towards = view_axes()
     pixels_per_um = min(PIXELS_PER_UM, MAX_PIXELS / (2 * half_um.max()))
     window = [round(2 * half * pixels_per_um) for half in half_um]
-    sphere = pyvista.Sphere(radius=1.0, theta_resolution=20, phi_resolution=20)
+    sphere = pyvista.Sphere(radius=1.0, theta_resolution=14, phi_resolution=14)
     for structure, path in zip(structures, paths, strict=True):
         plotter = pyvista.Plotter(off_screen=True, window_size=window)
         plotter.set_background("white")
