@@ -183,7 +183,7 @@ rule collect_costs:
             *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
             *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
             *expand(rules.extract_frames.output.cost, slurry=SLURRIES),
-            *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
+            *([rules.assemble_dataset.output.cost] if TRAINING else []),
             *([rules.measure_packing.output.cost] if BOXED else []),
             *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
             *expand(f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json", surrogate=FITTED),

@@ -72,7 +72,7 @@ rule fit_costs:
                 ],
                 slurry=TRAINING,
             ),
-            *([rules.assemble_dataset.output.cost] if TRAINING_NEEDED else []),
+            *([rules.assemble_dataset.output.cost] if TRAINING else []),
             rules.measure_packing.output.cost,
             *expand(
                 f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
