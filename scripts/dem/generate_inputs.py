@@ -12,7 +12,6 @@ from dataclasses import asdict
 from slurrycast.dem import recipe
 from slurrycast.dem.forcefield import coefficients, push_off_coefficients
 from slurrycast.dem.lammps_data import write_data
-from slurrycast.dem.particles import random_start
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
@@ -52,9 +51,8 @@ def main(args: Namespace) -> None:
             "mass_fractions_reached": reached,
             "types": [{**asdict(t), "particles": int(n)} for t, n in zip(types, counts, strict=True)],
         }
-        particles, start = random_start(report, "positions")
-        box = (start.lower_um, start.edges_um)
-        write_data(args.data, f"slurry {args.slurry}", types, particles.type, start.position_um, *box)
+        type, position_um, edges_um = recipe.random_start(report, "positions")
+        write_data(args.data, f"slurry {args.slurry}", types, type, position_um, -edges_um / 2, edges_um)
         write_text(args.inputs, json.dumps(report, indent=1) + "\n")
     wanted = {phase: settings["mass_fraction"] for phase, settings in formulation["phases"].items()}
     fractions = ", ".join(f"{phase} {share:.4f} (wanted {wanted[phase]:.4f})" for phase, share in reached.items())

@@ -20,8 +20,8 @@ from slurrycast.data.final_box import scale_to_packing_fraction
 from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
 from slurrycast.data.periodic import to_scaled
 from slurrycast.dem.lammps_run import Launcher, steps_per_frame
-from slurrycast.dem.particles import random_start
-from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.dem.particles import particles_of
+from slurrycast.dem.recipe import random_start, sphere_volume_um3
 from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, RunError
@@ -80,7 +80,10 @@ def start_of(args: Namespace, surrogate: Surrogate) -> Start:
     """Read the input frames, or scatter the particles of the recipe."""
     if surrogate.from_recipe:
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
-        particles, frame = random_start(inputs, surrogate.name)
+        type, position_um, edges_um = random_start(inputs, surrogate.name)
+        particles = particles_of(inputs["types"], np.arange(1, len(type) + 1), type)
+        scaled, not_counted = to_scaled(position_um, -edges_um / 2, edges_um), np.full(len(type), -1, dtype=np.int32)
+        frame = Frame(0, 0, 0.0, position_um, scaled, not_counted, -edges_um / 2, edges_um)
         attributes = {"slurry": inputs["slurry"]} | {name: json.dumps(inputs[name]) for name in ("physics", "seeds")}
         return Start(particles, (frame,), attributes)
     with read_frames(args.frames) as store:

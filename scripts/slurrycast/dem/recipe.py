@@ -120,3 +120,27 @@ def derived_seed(seed: int, purpose: str) -> int:
     """A seed for one purpose (1 to 2^31 - 1, as LAMMPS wants it), derived from a slurry's or run's own seed."""
     entropy = [seed, *purpose.encode()]
     return int(np.random.SeedSequence(entropy).generate_state(1, np.uint32)[0] % (2**31 - 1)) + 1
+
+
+def random_start(inputs: Mapping, purpose: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The particles of a slurry at random places in the box in which its DEM starts.
+
+    Parameters
+    ----------
+    inputs
+        Content of inputs.json.
+    purpose
+        What the places are for: they follow from it and the seed of the slurry.
+
+    Returns
+    -------
+    LAMMPS atom types (n,), rising; positions (n, 3) in um about the box centre, where particles may overlap; and the
+    edges (3,) in um.
+    """
+    formulation, row, types = inputs["physics"]["formulation"], inputs["physics"]["slurry"], inputs["types"]
+    counts = np.array([t["particles"] for t in types])
+    volume_um3 = float(counts @ [sphere_volume_um3(t["diameter_um"]) for t in types])
+    edges_um = box_edges_um(volume_um3 / formulation["initial_packing_fraction"], row["thickness_ratio"])
+    rng = np.random.default_rng(derived_seed(row["seed"], purpose))
+    type = np.repeat([t["type"] for t in types], counts)
+    return type, random_positions_um(len(type), edges_um, rng), edges_um
