@@ -26,7 +26,7 @@ PICTURES = "a list of labels in surrogate.names, each once; [] for no pictures"
 DEM = ", ".join(CONFIG["dem"])
 A_LIST, PICOSECONDS = "a list of at least", "whole picoseconds (1.0e-6), increasing"
 RANKS, MINUTES = "a whole number at least 1 and at most 4096", "null or a whole number of minutes from 1 to 1000000"
-DIAMETER, DAMPING = "a number at least 0.01 and at most 100", "a number at least 1 and at most 1000000"
+DIAMETER, DAMPING = "a number at least 0.01 and at most 100", "a number at least 0.01 and at most 100000000"
 SEED = "a whole number at least 1 and at most 2147483647"
 STEPS, MILLION = (f"a whole number at least 1 and at most {most}" for most in (2000000000, 1000000))
 FRICTION, TIME_STEP, TEMPERATURE = (
@@ -67,7 +67,7 @@ OUT_OF_RANGE = {
     "dem.temperature_k": (TEMPERATURE, [NAN, -300, 0.3, 300000.0]),
     "dem.temperature_damping_us": ("a number at least 0.001 and at most 100", [200.0, 0.0002]),
     "dem.pressure_kpa": (TEMPERATURE, [INF, 101325.0, 0.101325]),
-    "dem.pressure_damping_us": (DAMPING, [0.5, 20000000.0]),
+    "dem.pressure_damping_us": (DAMPING, [0.005, 2.0e9]),
     "dem.barostat": ("one of npt, berendsen", ["Berendsen", None]),
     "dem.skin_um": ("a number at least 0.001 and at most 10", [150.0, 0.00015]),
     "dem.push_off_iterations": (MILLION, [0]),

@@ -16,6 +16,7 @@ from checkouts import copy_checkout, snakemake
 from configurations import HEADER
 from html_pages import Page
 from pictures import is_drawn
+from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import CHECKSUMS, check_unchanged, checksum
 from torture.comparison import ASIDE, OF_TIME, content
 
@@ -273,6 +274,23 @@ def test_edited_code_reruns_what_uses_it_and_never_a_dem(project, results):
     rules = set(re.findall(r"^(?:local)?rule (\w+):", plan, re.MULTILINE))
     assert {"compute_rdf", "assemble_dataset"} <= rules
     assert not rules & {"generate_inputs", "run_slurry", "extract_frames"}
+
+
+def test_new_slurry_from_its_recipe_alone(project, results):
+    """Without training slurries, a model and a packing fraction, to the report."""
+    (project / "config" / "alone.tsv").write_text(HEADER + "X\tnew\t1\t1.0\t7\n")
+    config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
+    config |= {"run": {"name": "alone"}, "slurries": "config/alone.tsv", "surrogate": {"names": ["direct"]}}
+    config["evaluation"] = {"surrogates": []}
+    (project / "config" / "alone.yaml").write_text(yaml.safe_dump(config))
+    options = ("--configfile", "config/alone.yaml")
+    said = snakemake(project, "microstructures", *options)
+    assert "run_slurry" not in said
+    relaxed = project / "results" / "alone" / "hybrid" / "direct" / "X" / "relaxed.h5"
+    with read_frames(relaxed) as store:
+        assert 2.0 < store.density_g_cm3(store.last) < 2.4
+    snakemake(project, *options)
+    assert "direct" in opened_offline(project / "results" / "alone" / "report.html")
 
 
 def test_new_slurry_with_a_trained_model(project, results):

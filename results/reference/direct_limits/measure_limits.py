@@ -1,11 +1,15 @@
 """Compare `direct` with the DEM where its recipe is far from the one that the relaxation was chosen for.
 
+    cd results/reference/direct_limits
     for name in recipe attraction_10 attraction_100 friction; do
-        .venv/bin/snakemake --cores 2 slurries microstructures --configfile results/reference/direct_limits/$name.yaml
+        snakemake -s ../../../Snakefile --directory ../../.. --cores 2 slurries microstructures --configfile $name.yaml
+        snakemake -s ../../../Snakefile --directory ../../.. --cores 2 microstructures \
+            --config "run={name: limits_${name}_loose}" --configfile $name.yaml loose.yaml
     done
-    PATH=.venv/bin:$PATH python results/reference/direct_limits/measure_limits.py limits.csv
+    python measure_limits.py limits.csv
 
-Out: CSV of recipe, source (dem or direct), slurry, and what was measured at the end. The four slurries differ in their
+Out: CSV of recipe, source (dem; direct; direct, loose: from a packing fraction of 0.45), slurry, and what was measured
+at the end. The four slurries differ in their
 seeds alone.
 """
 
@@ -31,7 +35,9 @@ def main() -> None:
         results = ROOT / "results" / f"limits_{recipe}"
         for slurry in SLURRIES:
             ends = {"dem": results / "frames" / f"{slurry}.h5"}
-            ends["direct"] = results / "hybrid" / "direct" / slurry / "relaxed.h5"
+            for source, name in {"direct": recipe, "direct, loose": f"{recipe}_loose"}.items():
+                hybrid = ROOT / "results" / f"limits_{name}" / "hybrid"
+                ends[source] = hybrid / "direct" / slurry / "relaxed.h5"
             for source, path in ends.items():
                 with read_frames(path) as store:
                     frame = store.last

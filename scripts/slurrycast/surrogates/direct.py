@@ -1,6 +1,6 @@
 """No DEM at all: random places in a loose box, for the relaxation alone to make a slurry of.
 
-Whatever another surrogate ends nearer to the DEM than this one is what its input frames and its learning are worth.
+Input frames and learning are worth something only where another surrogate ends nearer to the DEM than this one.
 """
 
 from collections.abc import Mapping
