@@ -10,7 +10,7 @@ import json
 import numpy as np
 
 from slurrycast.data.frames import read_frames
-from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.dem.particles import total_volume_um3
 from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
@@ -32,8 +32,8 @@ def main(args: Namespace) -> None:
         fractions = {}
         for path in args.frames or []:
             with read_frames(path) as store:
-                volume_um3 = sphere_volume_um3(2 * store.particles.radius_um).sum()
-                fractions[str(store.attributes["slurry"])] = float(volume_um3 / store.volume_um3(args.target_frame))
+                share = total_volume_um3(store.particles) / store.volume_um3(args.target_frame)
+                fractions[str(store.attributes["slurry"])] = share
         mean = float(np.mean(list(fractions.values()))) if fractions else args.given
         write_text(args.packing, json.dumps({"mean": mean, "slurries": fractions}, indent=1) + "\n")
     print(f"packing fraction {mean:.4f}" + (f", mean of {', '.join(fractions)}" if fractions else ", as configured"))

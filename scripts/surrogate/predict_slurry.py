@@ -20,8 +20,8 @@ from slurrycast.data.final_box import scale_to_packing_fraction
 from slurrycast.data.frames import Frame, Particles, read_frames, write_frames
 from slurrycast.data.periodic import to_scaled
 from slurrycast.dem.lammps_run import Launcher, steps_per_frame
-from slurrycast.dem.particles import particles_of
-from slurrycast.dem.recipe import random_start, sphere_volume_um3
+from slurrycast.dem.particles import particles_of, total_volume_um3
+from slurrycast.dem.recipe import random_start
 from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError, RunError
@@ -99,18 +99,15 @@ def prediction_input_for(args: Namespace, surrogate: Surrogate, start: Start) ->
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"{args.packing}: holds no mean packing fraction ({error})") from error
         last_um = start.frames[-1].edges_um
-        final_edges_um = last_um * scale_to_packing_fraction(packing_fraction, volume_um3(start.particles), last_um)
+        final_edges_um = last_um * scale_to_packing_fraction(
+            packing_fraction, total_volume_um3(start.particles), last_um
+        )
     if surrogate.continues_dem:
         launcher = Launcher(args.executable, args.launcher, args.ranks)
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
         continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
     slurry = str(start.attributes["slurry"])
     return PredictionInput(slurry, start.particles, start.frames, final_edges_um, continuation)
-
-
-def volume_um3(particles: Particles) -> float:
-    """Volume of all particles."""
-    return float(sphere_volume_um3(2 * particles.radius_um).sum())
 
 
 def advice(surrogate: Surrogate, adopted: bool) -> str:
@@ -141,7 +138,7 @@ def main(args: Namespace) -> None:
             raise RunError(f"{source}: predicts spreads of slurry {slurry} that are not finite and above 0")
         edges_um = surrogate.box_rule.edges_um(inputs, prediction)
         scale = float(np.mean(edges_um / last.edges_um))
-        if scale <= 0 or np.prod(edges_um) < volume_um3(particles):
+        if scale <= 0 or np.prod(edges_um) < total_volume_um3(particles):
             raise RunError(
                 f"{source}: predicts a box {scale:.3g} times as wide as at frame {last.number} for slurry "
                 f"{slurry}, which cannot hold its particles{advice(surrogate, args.adopted)}"

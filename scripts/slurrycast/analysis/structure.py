@@ -13,6 +13,7 @@ from slurrycast.analysis.rdf import MAX_SHARE_OF_EDGE, phase_pairs
 from slurrycast.data.frames import Particles
 from slurrycast.data.neighbour_search import SEARCH_MARGIN, candidate_pairs
 from slurrycast.data.periodic import minimum_image
+from slurrycast.dem.particles import total_volume_um3
 from slurrycast.dem.recipe import sphere_volume_um3
 from slurrycast.runtime.files import InputError
 
@@ -125,7 +126,7 @@ def structure_measures(
     reach_um = radius_um[first] + radius_um[second]
     overlap = 1 - contacts.distance_um / reach_um
     volume_um3 = float(np.prod(edges_um))
-    spheres_um3 = float(sphere_volume_um3(2 * radius_um).sum())
+    spheres_um3 = total_volume_um3(particles)
     lenses_um3 = float(lens_volume_um3(contacts.distance_um, radius_um[first], radius_um[second]).sum())
     measures = {
         "particles": float(len(particles)),

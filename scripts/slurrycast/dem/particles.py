@@ -30,3 +30,8 @@ def particles_of(types: Sequence[Mapping], id: np.ndarray, type: np.ndarray) -> 
         mass_pg=np.array([row["density_g_cm3"] for row in rows]) * sphere_volume_um3(2 * radius_um),
         phase_names=tuple(dict.fromkeys(row["phase"] for row in types)),
     )
+
+
+def total_volume_um3(particles: Particles) -> float:
+    """Volume of all particles in um3, with what they share where they overlap."""
+    return float(np.sum(sphere_volume_um3(2 * particles.radius_um)))

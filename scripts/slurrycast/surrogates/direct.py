@@ -6,10 +6,8 @@ Input frames and learning are worth something only where another surrogate ends 
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from slurrycast.data.final_box import scale_to_packing_fraction
-from slurrycast.dem.recipe import sphere_volume_um3
+from slurrycast.dem.particles import total_volume_um3
 from slurrycast.surrogates.base import LOOSE_PACKING, Surrogate
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 
@@ -24,6 +22,6 @@ class Direct(Surrogate):
 
     def predict(self, inputs: PredictionInput, model_path: Path | None, settings: Mapping) -> Prediction:
         """Return the random places (n, 3) in um in the box of `packing_fraction`, and its edges (3,)."""
-        spheres_um3 = float(np.sum(sphere_volume_um3(2 * inputs.particles.radius_um)))
-        scale = scale_to_packing_fraction(settings["packing_fraction"], spheres_um3, inputs.last.edges_um)
+        volume_um3 = total_volume_um3(inputs.particles)
+        scale = scale_to_packing_fraction(settings["packing_fraction"], volume_um3, inputs.last.edges_um)
         return Prediction(scale * inputs.last.position_um, scale * inputs.last.edges_um)
