@@ -21,7 +21,7 @@ RECIPES = {
     "attraction_100": "attraction x 100",
     "friction": "friction 0.5",
 }
-SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, loose": "`direct` from 0.45"}
+SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, dense": "`direct` from 0.6"}
 
 
 def surrogates() -> pd.DataFrame:

@@ -7,7 +7,7 @@ In: the wrapped prediction (LAMMPS data file, um), the pair coefficients and inp
 (HDF5, for what the particles are).
 Out: the relaxed microstructure as LAMMPS data file and as a frame store of one frame (HDF5). Its attributes hold the
 state at the end: temperature_k and temperature_rotational_k, pressure_kpa, and kinetic_share, the kinetic energy over
-pressure x volume.
+pressure x volume; and densification, the density over that of the prediction.
 """
 
 import json
@@ -89,11 +89,13 @@ def main(args: Namespace) -> None:
             log = run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
             (dump,) = read_dump(work / "relaxed.dump")
             frame = as_frame(dump, store.last, dem["timestep_us"])
+            volume_before_um3, volume_um3 = np.prod(store.box(store.last)[1]), np.prod(frame.edges_um)
             attributes = {
                 **store.attributes,
                 "stage": "relaxed",
                 "relaxation": json.dumps(args.settings),
                 "lammps_version": log.version,
+                "densification": float(volume_before_um3 / volume_um3),
                 **{name: float(log.thermo[-1, log.columns.index(column)]) for name, column in END_STATE.items()},
             }
             write_frames(args.relaxed, store.particles, [frame], attributes)

@@ -196,28 +196,38 @@ def test_equilibrium(outputs, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("pressure_kpa", "kinetic_share", "warning"),
+    ("pressure_kpa", "kinetic_share", "box_rule", "densification", "warning"),
     [
-        (101.9, 1e-4, None),
-        (97.9, 9e-5, "not at rest: pressure is -2.1 % off, at most 2 % is allowed"),
+        (101.9, 1e-4, "loose_packing", 1.1, None),
+        (97.9, 9e-5, "last_frame", 1.0, "not at rest: pressure is -2.1 % off, at most 2 % is allowed"),
+        (
+            100.0,
+            1e-5,
+            "loose_packing",
+            1.03,
+            "ends only 1.03 times as dense as its random start: set surrogate.direct.packing_fraction lower",
+        ),
         (
             103.0,
             2e-4,
+            "last_frame",
+            1.0,
             "not at rest: kinetic energy is 0.0002 of pressure x volume, at most 0.0001 is allowed; "
             "pressure is +3 % off, at most 2 % is allowed",
         ),
     ],
 )
-def test_ends_of_relaxations(outputs, tmp_path, pressure_kpa, kinetic_share, warning):
+def test_ends_of_relaxations(outputs, tmp_path, pressure_kpa, kinetic_share, box_rule, densification, warning):
     end = {"temperature_k": 700.0, "temperature_rotational_k": 40.0, "pressure_kpa": pressure_kpa}
-    origin = {"slurry": "2", "surrogate": "net", "relaxation": json.dumps({"steps": 2400})}
+    end |= {"kinetic_share": kinetic_share, "densification": densification}
+    origin = {"slurry": "2", "surrogate": "net", "box_rule": box_rule, "relaxation": json.dumps({"steps": 2400})}
     path = tmp_path / "relaxed.h5"
-    write_store(path, [frame(0, target_um(1), EDGES_UM)], PARTICLES, **origin, **end, kinetic_share=kinetic_share)
+    write_store(path, [frame(0, target_um(1), EDGES_UM)], PARTICLES, **origin, **end)
     bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
     (row,) = written("measure_relaxation", relaxed=path, **bounds, **outputs).to_dict("records")
     said = run_script("measure_relaxation", relaxed=path, **bounds, **outputs).stderr
     assert said == (f"warning: net, slurry 2: {warning}\n" if warning else "")
-    expected = {"surrogate": "net", "slurry": "2", "steps": 2400} | end | {"kinetic_share": kinetic_share}
+    expected = {"surrogate": "net", "slurry": "2", "steps": 2400} | end
     assert {name: row[name] for name in expected} == expected
     assert row["warning"] == warning if warning else pd.isna(row["warning"])
 
@@ -226,7 +236,7 @@ def test_a_structure_that_was_not_relaxed_is_refused(slurry, outputs):
     path = slurry("1", 11)["predicted"]
     bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
     said = refusal("measure_relaxation", relaxed=path, **bounds, **outputs)
-    missing = "temperature_k, temperature_rotational_k, pressure_kpa, kinetic_share"
+    missing = "temperature_k, temperature_rotational_k, pressure_kpa, kinetic_share, densification"
     assert said == f"error: {path}: no attribute {missing}, must be the output of relax_slurry\n"
 
 

@@ -75,7 +75,8 @@ def test_relaxation_finds_the_box_whatever_the_size_of_the_particles(inputs, com
     files |= {"coefficients": folder / "coefficients.lmp", "push_off": folder / "push_off.lmp", "work": folder / "work"}
     files |= {"relaxed_data": folder / "relaxed.data", "relaxed": folder / "relaxed.h5"}
     subprocess.run(command("relax_slurry", **files, settings=json.dumps(config)), check=True)
-    with read_frames(folder / "relaxed.h5") as store:
+    with read_frames(folder / "relaxed.h5") as store, read_frames(folder / "direct.h5") as loose:
+        assert store.attributes["densification"] == pytest.approx(packing(store) / packing(loose))
         assert store.density_g_cm3(120) == pytest.approx(DENSITY_G_CM3, rel=TOLERANCE)
         assert 5.5 < store.coordination(120).mean() < 7.5
         assert store.attributes["kinetic_share"] < config["max_kinetic_share"]

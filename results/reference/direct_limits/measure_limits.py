@@ -4,13 +4,12 @@
     for name in recipe attraction_10 attraction_100 friction; do
         snakemake -s ../../../Snakefile --directory ../../.. --cores 2 slurries microstructures --configfile $name.yaml
         snakemake -s ../../../Snakefile --directory ../../.. --cores 2 microstructures \
-            --config "run={name: limits_${name}_loose}" --configfile $name.yaml loose.yaml
+            --config "run={name: limits_${name}_dense}" --configfile $name.yaml dense.yaml
     done
     python measure_limits.py limits.csv
 
-Out: CSV of recipe, source (dem; direct; direct, loose: from a packing fraction of 0.45), slurry, and what was measured
-at the end. The four slurries differ in their
-seeds alone.
+Out: CSV of recipe, source (dem; direct; direct, dense: from a packing fraction of 0.6), slurry, and what was measured at
+the end. The four slurries differ in their seeds alone.
 """
 
 import sys
@@ -35,7 +34,7 @@ def main() -> None:
         results = ROOT / "results" / f"limits_{recipe}"
         for slurry in SLURRIES:
             ends = {"dem": results / "frames" / f"{slurry}.h5"}
-            for source, name in {"direct": recipe, "direct, loose": f"{recipe}_loose"}.items():
+            for source, name in {"direct": recipe, "direct, dense": f"{recipe}_dense"}.items():
                 hybrid = ROOT / "results" / f"limits_{name}" / "hybrid"
                 ends[source] = hybrid / "direct" / slurry / "relaxed.h5"
             for source, path in ends.items():

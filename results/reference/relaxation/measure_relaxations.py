@@ -36,10 +36,10 @@ END_STATE = ("temperature_k", "kinetic_share", "pressure_kpa")
 LAST_INPUT, TARGET = 10, 120
 VARIATIONS = {
     "none": [None],
-    "steps": [600, 1200, 1800, 3600],
+    "steps": [600, 1200, 1800, 2400, 4500],
     "start_thermal_share": [1.0e-7, 1.0e-5, 1.0e-4, 1.0e-3],
-    "pressure_damping_steps": [500, 5000],
-    "packing_fraction": [0.4, 0.5, 0.64],
+    "pressure_damping_steps": [1500, 5000],
+    "packing_fraction": [0.4, 0.5, 0.6],
 }
 
 
