@@ -78,7 +78,7 @@ reference:
 	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
 	rm -rf $(REFERENCE)/tables/.checksums
 	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
-	for file in $$(cd $(FROM) && ls models/*/history.csv models/*/calibration.json $(FIGURES:%=figures/%.png) 2>/dev/null); do \
+	for file in $$(cd $(FROM) && ls models/*/history.csv models/*/model.json models/*/calibration.json $(FIGURES:%=figures/%.png) 2>/dev/null); do \
 		mkdir -p $(REFERENCE)/$$(dirname $$file); cp $(FROM)/$$file $(REFERENCE)/$$file; done
 	if [ -n "$(SLURRY)" ]; then mkdir -p $(REFERENCE)/frames; \
 		PYTHONPATH=scripts $(BIN)/python -c 'from slurrycast.data.frames import *; store = read_frames("$(FROM)/frames/$(SLURRY).h5"); \

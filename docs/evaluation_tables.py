@@ -1,17 +1,24 @@
 """Tables of README.md and docs/evaluation.md: each public function gives one, as a frame of texts."""
 
+import json
+import math
+
 import pandas as pd
+import yaml
 
 from reference_results import (
     MISSING,
     REFERENCE,
     accuracy,
+    density_errors,
     growth,
     load,
     read_result,
     relaxation_settings,
     relaxed,
+    slurries,
     temperatures_k,
+    with_largest,
 )
 from slurrycast.report import reference_article
 
@@ -24,9 +31,44 @@ RECIPES = {
 SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, dense": "`direct` from 0.6"}
 
 
+FITS = ("linear", "vgg16", "linear_box", "vgg16_box")  # a network behind the fit with the same target
+
+
 def surrogates() -> pd.DataFrame:
-    """The surrogates of the main job, and the best of the DEM with a faster barostat."""
-    return accuracy("reduced", "persistence", "affine", "linear", "vgg16", "vgg16_box", "early_dem_x2")
+    """The surrogates of the main job, with and without DEM history, and what costs nothing: a constant."""
+    found = accuracy(
+        "reduced", "direct", "direct_box", "persistence", "affine", "linear_box", "vgg16", "vgg16_box", "early_dem_x2"
+    )
+    boxes = density_errors("reduced", "predicted").loc["direct_box"]
+    constant = {"surrogate": "the box of `direct_box`, not relaxed", "density error (largest)": with_largest(boxes)}
+    return pd.concat([found, pd.DataFrame([constant])])
+
+
+def training() -> pd.DataFrame:
+    """How far networks were trained at reduced scale, and what a fit of a few coefficients reaches."""
+    folder = REFERENCE / "reduced"
+    config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
+    cost = read_result("reduced", "cost")
+    samples = cost[cost.slurry.isin(slurries("reduced", "train")) & (cost.stage == "extract_frames")].particles.sum()
+    samples *= 1 - config["learning"]["validation_share"]
+    rows = []
+    for label in FITS:
+        fit = folder / "models" / label / "model.json"
+        if fit.exists():
+            model = json.loads(fit.read_text(encoding="utf-8"))
+            losses = (model["training_mse_um2"], model["validation_mse_um2"])
+            rows.append((label, len(model["coefficients"]), MISSING, MISSING, *losses))
+            continue
+        history = pd.read_csv(folder / "models" / label / "history.csv")
+        updates = len(history) * math.ceil(samples / config["surrogate"][label]["batch_size"])
+        best = history.loc[history.val_loss.idxmin()]
+        epochs = f"{best.epoch:.0f} of {len(history)}"
+        rows.append((label, reference_article.PARAMETERS, f"{updates:,}", epochs, history.loss.min(), best.val_loss))
+    table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", "training", "validation"])
+    errors = {f"{kind} error (µm²)": table.pop(kind).map("{:.4f}".format) for kind in ("training", "validation")}
+    return table.assign(
+        surrogate="`" + table.surrogate + "`", coefficients=table.coefficients.map("{:,}".format), **errors
+    )
 
 
 def surrogates_small() -> pd.DataFrame:
@@ -65,7 +107,7 @@ def direct_profile() -> pd.DataFrame:
 
 def cost_growth() -> pd.DataFrame:
     """Growth of cost at reduced scale."""
-    return growth("reduced", "affine", "linear", "vgg16", "vgg16_box", "early_dem_x10")
+    return growth("reduced", "direct", "affine", "linear_box", "vgg16", "vgg16_box", "early_dem_x10")
 
 
 def article_densities() -> pd.DataFrame:

@@ -43,8 +43,7 @@ def by_slurry(run: str, name: str, column: str) -> pd.DataFrame:
 def relaxed(run: str) -> pd.DataFrame:
     """Errors after relaxation on the test slurries, by surrogate and slurry.
 
-    Columns: density_error, |density / density of the DEM - 1|; density_in_sd, the same over the scatter of replicas;
-    rdf_ratio, the RDF difference over that of two replicas.
+    Columns: density_error, |density / density of the DEM - 1|; rdf_ratio, the RDF difference over that of two replicas.
     """
     errors = read_result(run, "structure_errors")
     errors = errors[(errors.stage == "relaxed") & errors.slurry.isin(slurries(run, "test"))]
@@ -56,10 +55,22 @@ def relaxed(run: str) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "density_error": off_g_cm3 / density.dem_value,
-            "density_in_sd": off_g_cm3 / density.replica_sd,
             "rdf_ratio": rdf.value / rdf.replica_sd,
         }
     )
+
+
+def density_errors(run: str, stage: str) -> pd.DataFrame:
+    """|density / density of the DEM - 1| of a stage, by surrogate and test slurry."""
+    errors = read_result(run, "structure_errors")
+    errors = errors[(errors.stage == stage) & (errors.quantity == "density_g_cm3")]
+    errors = errors.assign(error=(errors.value / errors.dem_value - 1).abs())
+    return errors.pivot(index="surrogate", columns="slurry", values="error")[slurries(run, "test")]
+
+
+def with_largest(shares: pd.Series) -> str:
+    """Mean and, in brackets, largest of some shares."""
+    return f"{shares.mean():.2%} ({shares.max():.2%})"
 
 
 def verdicts(run: str) -> pd.DataFrame:
@@ -122,7 +133,7 @@ def accuracy(run: str, *labels: str) -> pd.DataFrame:
                 "skill (least to greatest)": None
                 if skills is None
                 else f"{skills.mean():.2f} ({skills.min():.2f} to {skills.max():.2f})",
-                "density error (largest)": f"{density.mean():.2%} ({density.max():.2%})",
+                "density error (largest)": with_largest(density),
                 "RDF difference (largest)": f"{rdf.mean():.2f} ({rdf.max():.2f})",
                 "contacts (replica sd)": f"{contacts:+.1f}",
                 "inside the noise": f"{inside} of {len(found)}",
