@@ -59,9 +59,9 @@ rule all:
 
 
 rule slurries:
-    """Run the DEM of every slurry."""
+    """Run the DEM of every slurry that somebody needs."""
     input:
-        expand(rules.extract_frames.output.frames, slurry=SLURRIES),
+        expand(rules.extract_frames.output.frames, slurry=SIMULATED),
     localrule: True
 
 
@@ -87,7 +87,7 @@ rule tables:
         rules.compare_rdf.output.table,
         rules.measure_equilibrium.output.table,
         rules.measure_relaxation.output.table,
-        rules.check_training_range.output.table if TRAINING else [],
+        rules.check_training_range.output.table if RANGE_KNOWN else [],
         rules.compare_costs.output.table,
     localrule: True
 

@@ -35,7 +35,7 @@ def cost_to_input(path: Path, input_steps: int) -> dict:
 def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_input("--costs", "cost records of all jobs (JSON)", nargs="+")
-    parser.add_input("--run-json", "run.json of every DEM run", nargs="+")
+    parser.add_input("--run-json", "run.json of every DEM run, none where nothing is simulated", nargs="*")
     parser.add_value("--input-steps", "DEM step of the last input frame", type=int)
     parser.add_output("--table", "table of costs (CSV)")
 

@@ -1,7 +1,7 @@
 """Compare the cost of the hybrid chain for each slurry, end to end, with the full DEM and the DEM to equilibrium.
 
-In: tables/cost.csv, tables/equilibrium.csv, the run.json of every slurry, and the DEM step of each surrogate's last
-input frame.
+In: tables/cost.csv, tables/equilibrium.csv, the run.json of every slurry that has a DEM, and the DEM step of each
+surrogate's last input frame.
 Out: a table (CSV, seconds): surrogate, slurry, clock (wall_s or cpu_s), particles, the parts of the hybrid chain and
 their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain. The full DEM and its
 ratio are empty for a new slurry, those to equilibrium also for one that did not reach it. The making of the inputs and

@@ -1,6 +1,6 @@
 """Compute the radial distribution functions of one slurry: target (DEM), predicted and relaxed structure.
 
-In: frame stores (HDF5) of the DEM, the predicted and the relaxed structure.
+In: frame stores (HDF5) of the predicted and the relaxed structure, and of the DEM if it has the target.
 Out: a table (CSV) of one row for each pair of phases (`all` and the pair asked for) and bin: r_um, the centre of the
 bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin width is
 cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
@@ -53,12 +53,9 @@ def rdf_table(
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
-    parser.add_input("--frames", "DEM frames of the slurry (HDF5)")
     parser.add_input("--predicted", "predicted structure (HDF5)")
     parser.add_input("--relaxed", "relaxed structure (HDF5)")
-    parser.add_value(
-        "--target-frame", "number of the DEM frame to compare with; omit if it has none", type=int, default=None
-    )
+    parser.add_target()
     parser.add_value("--cutoff-um", "longest distance wanted, um", type=float)
     parser.add_value("--bins", "number of bins up to --cutoff-um", type=int)
     parser.add_value("--pair", "two phases, beside all particles", nargs=2, metavar="PHASE")
@@ -69,14 +66,12 @@ def add_options(parser: Parser) -> None:
 def main(args: Namespace) -> None:
     """Compute the curves of one slurry and write them."""
     with measured_cost(args.cost, "compute_rdf") as cost, contextlib.ExitStack() as files:
-        dem, predicted, relaxed = (
-            files.enter_context(read_frames(path)) for path in (args.frames, args.predicted, args.relaxed)
-        )
+        predicted, relaxed = (files.enter_context(read_frames(path)) for path in (args.predicted, args.relaxed))
         cost.surrogate, cost.slurry = (str(predicted.attributes[key]) for key in ("surrogate", "slurry"))
         cost.particles = len(predicted.particles)
         structures = {"g_predicted": (predicted, predicted.last), "g_relaxed": (relaxed, relaxed.last)}
-        if args.target_frame is not None:
-            structures = {"g_dem": (dem, args.target_frame)} | structures
+        if args.frames is not None:
+            structures = {"g_dem": (files.enter_context(read_frames(args.frames)), args.target_frame)} | structures
         table = rdf_table(structures, args.pair, args.cutoff_um, args.bins)
         table.insert(0, "surrogate", cost.surrogate)
         table.insert(1, "slurry", cost.slurry)

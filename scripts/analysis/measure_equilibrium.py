@@ -1,6 +1,6 @@
 """Measure how far each DEM slurry has come: density, contacts and motion at its end, and whether it is in equilibrium.
 
-In: run.json and thermo.csv of every slurry.
+In: run.json and thermo.csv of every slurry that has a DEM.
 Out: a table (CSV) of one row a slurry: density_drift is the relative change of density over the last 10 % of the run,
 with a warning where it exceeds the bound; drift and time_to_equilibrium_us are empty for a run that ends at the last
 input frame (role new), and so is the warning. temperature_densifying_k is that of translation, its mean until the
@@ -18,6 +18,10 @@ from slurrycast.data.tables import read_table, write_table
 from slurrycast.dem.equilibrium import equilibrium
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
+
+COLUMNS = ("slurry", "role", "mass_units", "thickness_ratio", "particles", "density_g_cm3", "mean_contacts")
+COLUMNS += ("density_drift", "time_to_equilibrium_us", "temperature_densifying_k", "temperature_k")
+COLUMNS += ("temperature_rotational_k", "kinetic_share", "run_time_us", "warning")
 
 
 def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drift: float) -> dict:
@@ -54,9 +58,9 @@ def equilibrium_row(run: dict, thermo: pd.DataFrame, role: str, max_density_drif
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
-    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
-    parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="+")
-    parser.add_value("--roles", "train, validation, test or new; in the same order", nargs="+")
+    parser.add_input("--run-json", "run.json of every slurry, none where nothing is simulated", nargs="*")
+    parser.add_input("--thermo", "thermo.csv of the same, in order", nargs="*")
+    parser.add_value("--roles", "train, validation, test or new; in the same order", nargs="*", default=[])
     parser.add_value("--max-density-drift", "relative drift above which to warn", type=float)
     parser.add_output("--table", "table of all slurries (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
@@ -72,7 +76,7 @@ def main(args: Namespace) -> None:
             rows.append(equilibrium_row(run, thermo, role, args.max_density_drift))
             if rows[-1]["warning"]:
                 print(f"warning: slurry {run['slurry']}: {rows[-1]['warning']}", file=sys.stderr)
-        write_table(args.table, rows)
+        write_table(args.table, rows, columns=COLUMNS)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@ Out: PNG with one panel for each surrogate. Each slurry has a bar with the parts
 is in equilibrium and where it ends, and how many times the hybrid run fits in these.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -20,12 +22,12 @@ PART_COLOURS = dict(zip(HYBRID_PARTS, ("#6d4c7d", "#a9b8c6", "#dfb96f", PREDICTE
 COLUMNS = 2
 
 
-def draw_panel(axes: Axes, slurries: pd.DataFrame, length_s: float) -> None:
-    """Draw the slurries of one surrogate in units of `length_s` seconds."""
+def draw_panel(axes: Axes, slurries: pd.DataFrame, stages: Sequence[str], length_s: float) -> None:
+    """Draw `stages` of the slurries of one surrogate in units of `length_s` seconds."""
     places, start = np.arange(len(slurries)), np.zeros(len(slurries))
-    for stage, label in HYBRID_PARTS.items():
+    for stage in stages:
         width = slurries[stage].to_numpy() / length_s
-        axes.barh(places, width, 0.62, left=start, color=PART_COLOURS[stage], label=label)
+        axes.barh(places, width, 0.62, left=start, color=PART_COLOURS[stage], label=HYBRID_PARTS[stage])
         start = start + width
     for seconds, marker, label in (
         (slurries.dem_to_equilibrium, "d", "DEM to equilibrium"),
@@ -53,9 +55,10 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     slurries = max(map(len, panels.values()))
     figure = new_figure(5.6 * columns + 1.4, 0.9 + rows * (0.7 + 0.3 * slurries))
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    stages = [stage for stage in HYBRID_PARTS if comparison[stage].any()]
     length_s, unit = time_unit(comparison[["dem", "hybrid"]].max(axis=None))
     for axes, (surrogate, table) in zip(grid.flat, panels.items(), strict=False):
-        draw_panel(axes, table.reset_index(drop=True), length_s)
+        draw_panel(axes, table.reset_index(drop=True), stages, length_s)
         axes.set(title=surrogate, xlabel=f"Wall time ({unit})", ylabel="Slurry")
         axes.invert_yaxis()
         axes.xaxis.set_tick_params(labelbottom=True)
@@ -64,7 +67,7 @@ def draw_costs(comparison: pd.DataFrame) -> Figure:
     # room for the text behind the longest run
     grid.flat[0].set_xlim(0, 1.25 * comparison[["dem", "hybrid"]].max(axis=None) / length_s)
     handles, labels = grid.flat[0].get_legend_handles_labels()
-    title = "×: full DEM / hybrid (in brackets: DEM to equilibrium / hybrid)"
+    title = None if comparison.ratio.isna().all() else "×: full DEM / hybrid (in brackets: DEM to equilibrium / hybrid)"
     style = {"ncols": 4, "columnspacing": 1.6, "handlelength": 1.2, "alignment": "left"}
     figure.legend(handles, labels, loc="outside upper left", title=title, **style)
     return figure

@@ -172,18 +172,15 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_input("--predicted", "predicted.h5 (one frame)")
     parser.add_input("--relaxed", "relaxed.h5 (one frame)")
-    parser.add_input("--frames", "DEM frames with the target; leave out for a new slurry", required=False)
-    parser.add_value("--target-frame", "frame of --frames that was predicted", type=int, default=None)
+    parser.add_target()
     parser.add_output("--figure", "PNG")
-    alone = "--frames and --target-frame go together"
-    parser.add_check(lambda args: alone if (args.frames is None) != (args.target_frame is None) else None)
 
 
 def main(args: Namespace) -> None:
     """Read the structures, render them and put the pictures together."""
     structures = [
         read_structure(args.predicted, "Predicted, wrapped"),
-        read_structure(args.relaxed, "Relaxed (hybrid)"),
+        read_structure(args.relaxed, "Relaxed"),
     ]
     if args.frames is not None:
         structures.insert(0, read_structure(args.frames, "Target (DEM)", args.target_frame))

@@ -1,8 +1,8 @@
 """Write report.html: all tables and figures of a run in one file that opens without a network.
 
-In: the effective configuration, versions, tables, inputs.json and run.json of every slurry, model and learning curves
-of each surrogate that is a Keras model; figures, known by their file names: workflow, densification,
-learning_curves_<surrogate>, density, rdf, costs, coordinates_<slurry>, slurry_<surrogate>_<slurry>.
+In: the effective configuration, versions, tables, inputs.json of every slurry and run.json of those that have a DEM,
+model and learning curves of each surrogate that is a Keras model; figures, known by their file names: workflow,
+densification, learning_curves_<surrogate>, density, rdf, costs, coordinates_<slurry>, slurry_<surrogate>_<slurry>.
 Out: report.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -31,13 +31,15 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--config", "config.yaml of the run")
     parser.add_input("--versions", "versions.json of the run")
     parser.add_input("--inputs", "inputs.json of every slurry", nargs="+")
-    parser.add_input("--run-json", "run.json of every slurry", nargs="+")
+    parser.add_input("--run-json", "run.json of every slurry that has a DEM", nargs="*")
+    parser.add_value("--roles", "JSON: role of every slurry by its id, in the order of the table", type=json.loads)
     parser.add_input("--density", "tables/density_volume.csv")
     parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
     parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
     parser.add_tables("speedup")
     parser.add_value("--surrogates", "labels, in the order of columns", nargs="+")
+    parser.add_value("--left-out", "labels that would need training slurries", nargs="*", default=[])
     labelled = {"type": named_file, "nargs": "*", "metavar": "LABEL=PATH"}
     parser.add_input("--models", "model.keras of the surrogates that have one", **labelled)
     parser.add_input("--histories", "history.csv of the same surrogates", **labelled)
@@ -52,6 +54,7 @@ def main(args: Namespace) -> None:
         config=yaml.safe_load(config_text),
         config_text=config_text,
         versions=json.loads(args.versions.read_text(encoding="utf-8")),
+        roles=args.roles,
         inputs=read_by_slurry(args.inputs),
         runs=read_by_slurry(args.run_json),
         density=read_table(args.density),
@@ -63,6 +66,7 @@ def main(args: Namespace) -> None:
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),
         surrogates=args.surrogates,
+        left_out=args.left_out,
         descriptions={label: described(label) for label in args.surrogates},
         histories={label: read_table(path) for label, path in args.histories},
         networks={label: read_network(path) for label, path in args.models},

@@ -107,7 +107,8 @@ def test_rdf_and_its_differences(slurry, rdf, outputs, tmp_path):
 
 def test_rdf_of_a_new_slurry_has_no_target(slurry, rdf, outputs, tmp_path):
     path = tmp_path / "N1.csv"
-    curves = curves_of(path, **slurry("N1", 13, last=10), **rdf | {"pair": ["8YSZ", "NiO"]})
+    structures = {key: of_slurry for key, of_slurry in slurry("N1", 13, last=10).items() if key != "frames"}
+    curves = curves_of(path, **structures, **rdf | {"pair": ["8YSZ", "NiO"]})
     assert list(curves.pair.unique()) == ["all", "8YSZ-NiO"]  # in any order
     assert curves.g_dem.isna().all()
     assert curves[["g_predicted", "g_relaxed"]].notna().all(axis=None)
@@ -116,13 +117,14 @@ def test_rdf_of_a_new_slurry_has_no_target(slurry, rdf, outputs, tmp_path):
 
 
 def test_an_unknown_phase_is_refused(slurry, rdf, tmp_path):
-    done = run_script("compute_rdf", **slurry("1", 11), **rdf | {"pair": ["NiO", "8ysz"]}, rdf=tmp_path / "1.csv")
+    options = slurry("1", 11) | rdf | {"target_frame": 120, "pair": ["NiO", "8ysz"]}
+    done = run_script("compute_rdf", **options, rdf=tmp_path / "1.csv")
     assert done.returncode == 1
     assert done.stderr == "error: --pair 8ysz: no such particles, phases are BDPD, NiO, 8YSZ\n"
 
 
 def test_a_phase_of_one_particle_has_no_rdf_with_itself(rdf, tmp_path):
-    paths = {key: tmp_path / f"{key}.h5" for key in ("frames", "predicted", "relaxed")}
+    paths = {key: tmp_path / f"{key}.h5" for key in ("predicted", "relaxed")}
     for path in paths.values():
         end = frame(120, target_um(11), EDGES_UM)
         write_store(

@@ -185,7 +185,7 @@ def test_the_tables_are_written(tmp_path):
     (tmp_path / "run.json").write_text(json.dumps(run))
     records = [Cost("generate_inputs", "-", "2", cpu_s=5.0), Cost("extract_frames", "-", "2", cpu_s=1.0)]
     stages = ("predict_slurry", "wrap_slurry", "relax_slurry")
-    records += [Cost(stage, label, "2", cpu_s=1.0) for label in ("affine", "affine_f02") for stage in stages]
+    records += [Cost(stage, label, "2", 100, cpu_s=1.0) for label in ("affine", "affine_f02") for stage in stages]
     costs = write_costs(tmp_path, records)
     equilibrium = {"slurry": ["2"], "role": "test", "particles": 100, "time_to_equilibrium_us": 60.0}
     pd.DataFrame(equilibrium | {"run_time_us": 120.0, "warning": ""}).to_csv(tmp_path / "equilibrium.csv", index=False)

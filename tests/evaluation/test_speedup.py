@@ -65,7 +65,8 @@ def cost_table(labels: tuple[str, ...] = ("net", "net_f02")) -> pd.DataFrame:
         rows.append(("extract_frames", "-", slurry, 1.0 + 0.1 * run["frames_written"]))
         rows += [(stage, label, slurry, s) for label in labels for stage, s in HYBRID_S.items() if slurry != "T1"]
     table = pd.DataFrame(rows, columns=["stage", "surrogate", "slurry", "wall_s"])
-    return table.assign(cpu_s=table.wall_s / 2)
+    particles = table.slurry.map(EQUILIBRIUM.set_index("slurry").particles)
+    return table.assign(particles=particles, cpu_s=table.wall_s / 2)
 
 
 STEPS = {"net": 100, "net_f02": 20}

@@ -186,7 +186,15 @@ def results(tmp_path, model, history) -> Results:
         config=CONFIG,
         config_text="run: {name: unit}",
         versions={"python": "3.11.7", "packages": {"keras": "3.15.1"}},
-        inputs={slurry: {"mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399}} for slurry in roles},
+        roles=roles,
+        inputs={
+            row.slurry: {
+                "mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399},
+                "physics": {"slurry": {"mass_units": row.mass_units}},
+                "types": [{"particles": row.particles - 40}, {"particles": 40}],
+            }
+            for row in equilibrium.itertuples()
+        },
         runs=dict.fromkeys(roles, run),
         density=density,
         coordinate_errors=coordinate_errors,
@@ -197,6 +205,7 @@ def results(tmp_path, model, history) -> Results:
         costs=costs,
         speedup=speedup_table(surrogates),
         surrogates=surrogates,
+        left_out=[],
         descriptions={name: (f"all that {name} may see", "last frame") for name in surrogates},
         histories={"net": history},
         networks={"net": read_network(model)},
@@ -210,9 +219,9 @@ def restricted(results: Results, slurries: list[str], **changes: object) -> Resu
     tables = ("equilibrium", "relaxation_ends", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
     tables += ("training_range",)
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
-    inputs = {slurry: results.inputs[slurry] for slurry in slurries}
-    runs = {slurry: results.runs[slurry] for slurry in slurries}
-    return replace(results, **kept, inputs=inputs, runs=runs, **changes)
+    for name in ("roles", "inputs", "runs"):
+        kept[name] = {slurry: of_slurry for slurry, of_slurry in getattr(results, name).items() if slurry in slurries}
+    return replace(results, **kept | changes)
 
 
 def adopting(config: dict, path: str) -> dict:
@@ -448,7 +457,8 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
     test = results.equilibrium[results.equilibrium.slurry == "2"]
     roles = {slurry: "validation" if slurry == "V1" else "test" for slurry in slurries}
     rows_of_runs = [test.assign(slurry=slurry, role=role) for slurry, role in roles.items()]
-    return replace(results, equilibrium=pd.concat(rows_of_runs, ignore_index=True), **tables)
+    of_runs = {"inputs": dict.fromkeys(roles, results.inputs["2"]), "runs": dict.fromkeys(roles, results.runs["2"])}
+    return replace(results, equilibrium=pd.concat(rows_of_runs, ignore_index=True), roles=roles, **of_runs, **tables)
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ rule measure_equilibrium:
     """Find when each DEM reached equilibrium, and how much its density still drifts."""
     input:
         **code("analysis/measure_equilibrium"),
-        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
-        thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
+        runs=expand(rules.run_slurry.output.run, slurry=SIMULATED),
+        thermo=expand(rules.run_slurry.output.thermo, slurry=SIMULATED),
     output:
         table=reported("tables/equilibrium.csv", "equilibrium", "Tables", table="equilibrium"),
         cost=f"{RESULTS}/costs/measure_equilibrium.json",
@@ -28,7 +28,7 @@ rule measure_equilibrium:
     conda:
         "../../envs/analysis.yaml"
     params:
-        roles=[slurry.role for slurry in SLURRIES.values()],
+        roles=[SLURRIES[slurry].role for slurry in SIMULATED],
         max_density_drift=config["dem"]["max_density_drift"],
     shell:
         "python {input.script:q} --run-json {input.runs:q} --thermo {input.thermo:q} --roles {params.roles:q}"
@@ -129,13 +129,23 @@ rule compare_coordinates:
         " 2>&1 | tee {log:q}"
 
 
+def target_frames(wildcards):
+    """Frames of the DEM with the target that a structure is compared with, if it has one."""
+    return [f"{RESULTS}/frames/{wildcards.slurry}.h5"] if wildcards.slurry in HELD_OUT else []
+
+
+def target_options(wildcards, input):
+    """Options of a script for the target that a structure is compared with."""
+    return ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if input.frames else []
+
+
 rule compute_rdf:
     """Compute the RDF of target, prediction and relaxed structure."""
     input:
         **code("analysis/compute_rdf"),
-        frames=rules.extract_frames.output.frames,
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
+        frames=target_frames,
     output:
         rdf=f"{RESULTS}/rdf/{{surrogate}}/{{slurry}}.csv",
         cost=f"{RESULTS}/costs/compute_rdf/{{surrogate}}/{{slurry}}.json",
@@ -147,12 +157,12 @@ rule compute_rdf:
         mem_mb=slurry_mb,
         runtime=structure_minutes,
     params:
-        target=lambda wildcards: ["--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else [],
+        target=target_options,
         cutoff_um=config["analysis"]["rdf_cutoff_um"],
         bins=config["analysis"]["rdf_bins"],
         pair=config["analysis"]["rdf_pair"],
     shell:
-        "python {input.script:q} --frames {input.frames:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q}"
+        "python {input.script:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q}"
         " {params.target:q} --cutoff-um {params.cutoff_um} --bins {params.bins} --pair {params.pair:q}"
         " --rdf {output.rdf:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
@@ -181,8 +191,8 @@ rule collect_costs:
         **code("analysis/collect_costs"),
         costs=[
             *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
-            *expand(rules.run_slurry.output.cost, slurry=SLURRIES),
-            *expand(rules.extract_frames.output.cost, slurry=SLURRIES),
+            *expand(rules.run_slurry.output.cost, slurry=SIMULATED),
+            *expand(rules.extract_frames.output.cost, slurry=SIMULATED),
             *([rules.assemble_dataset.output.cost] if TRAINING else []),
             *([rules.measure_packing.output.cost] if BOXED else []),
             *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
@@ -199,12 +209,12 @@ rule collect_costs:
             ),
             rules.measure_equilibrium.output.cost,
             rules.measure_relaxation.output.cost,
-            *([rules.check_training_range.output.cost] if TRAINING else []),
+            *([rules.check_training_range.output.cost] if RANGE_KNOWN else []),
             rules.measure_density.output.cost,
             rules.compare_coordinates.output.cost,
             rules.compare_rdf.output.cost,
         ],
-        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        runs=expand(rules.run_slurry.output.run, slurry=SIMULATED),
     output:
         table=reported("tables/cost.csv", "cost", "Tables", table="cost"),
     log:
@@ -226,7 +236,7 @@ rule compare_costs:
         **code("analysis/compare_costs"),
         cost=rules.collect_costs.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
-        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        runs=expand(rules.run_slurry.output.run, slurry=SIMULATED),
     output:
         table=reported("tables/speedup.csv", "speedup", "Tables", table="speed-up"),
     log:

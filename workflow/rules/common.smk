@@ -33,6 +33,11 @@ MADE_WITH = provenance.made_with()
 VERSIONS = provenance.name_of(MADE_WITH)
 os.environ[VERSIONS_VARIABLE] = VERSIONS  # written beside the checksum of every output
 
+# Snakemake merges what a user sets with config.yaml. A recipe is one thing: phases that the user sets replace those there.
+OWN_FORMULATION = workflow.config_settings.overwrite_config.get("formulation")
+if isinstance(OWN_FORMULATION, dict) and "phases" in OWN_FORMULATION:
+    config["formulation"]["phases"] = OWN_FORMULATION["phases"]
+
 try:
     SLURRY_TABLE = configuration.checked_slurries(config)
 except configuration.ConfigurationError as error:
@@ -52,11 +57,12 @@ RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
 RESULTS = f"results/{config['run']['name']}"
 SURROGATES = config["surrogate"]["names"]  # in the main job
 FURTHER = config["evaluation"]["surrogates"]
-if not any(slurry.role == "train" for slurry in SLURRIES.values()):  # leave out surrogates that need these
-    SURROGATES, FURTHER = (
-        [label for label in labels if label_settings.without_training(config, label)]
-        for labels in (SURROGATES, FURTHER)
-    )
+LEFT_OUT = []  # surrogates that need training slurries, where there are none
+if not any(slurry.role == "train" for slurry in SLURRIES.values()):
+    LEFT_OUT = [label for label in [*SURROGATES, *FURTHER] if not label_settings.without_training(config, label)]
+    SURROGATES, FURTHER = ([label for label in labels if label not in LEFT_OUT] for labels in (SURROGATES, FURTHER))
+if LEFT_OUT and workflow.is_main_process:
+    print(f"surrogates {', '.join(LEFT_OUT)}: {label_settings.WITHOUT_TRAINING}", file=sys.stderr)
 LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 KINDS = {text: label.surrogate for text, label in LABELS.items()}
 LEARNED = [text for text in SURROGATES if KINDS[text].is_trained]
@@ -83,6 +89,9 @@ TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
 PREDICTED = with_role("validation", "test", "new")
+# Slurries with a DEM: those of role `new` only if a surrogate of the main job takes frames from it.
+SIMULATED = [id for id, slurry in SLURRIES.items() if slurry.role != "new" or TRACKED]
+RANGE_KNOWN = bool(TRAINING and TRACKED)  # what takes no frames leaves no range
 PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
 EVALUATED = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
@@ -358,8 +367,6 @@ def timestep_runs():
 
 def replicated():
     """Slurries that have replicas and a perturbed run."""
-    if "affine" not in LABELS:
-        raise WorkflowError("surrogate.names: must hold affine for this target, the zero of every skill")
     required("test")
     if not config["evaluation"]["replicated"]:
         raise WorkflowError("evaluation.replicated = []: must be at least one slurry for this target")
@@ -372,15 +379,6 @@ def replicated():
 def calibration_slurries():
     """Slurries on which the spread of a surrogate is calibrated."""
     return required("validation", f", the spread of {', '.join(SPREADING)} is calibrated on it")
-
-
-def structure_options(wildcards):
-    """Inputs of measure_structure: the frames of the DEM, or a prediction and its relaxed structure."""
-    slurry, source = wildcards.slurry, wildcards.source
-    if source == "dem":
-        return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
-    folder = f"{RESULTS}/hybrid/{source}/{slurry}"
-    return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
 
 
 # The ids themselves, since any other pattern splits names like coordinates_vgg16_6_r1 in the wrong place.

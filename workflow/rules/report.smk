@@ -83,7 +83,7 @@ rule plot_densification:
     """Draw density against time."""
     input:
         **code("report/plot_densification"),
-        thermo=expand(rules.run_slurry.output.thermo, slurry=SLURRIES),
+        thermo=expand(rules.run_slurry.output.thermo, slurry=SIMULATED),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
         figure=reported("figures/densification.png", "densification", "DEM", figure="densification"),
@@ -93,7 +93,7 @@ rule plot_densification:
     conda:
         "../../envs/analysis.yaml"
     params:
-        slurries=list(SLURRIES),
+        slurries=SIMULATED,
         input_frames=INPUT_FRAMES,
         frame_interval_us=FRAME_STEPS * config["dem"]["timestep_us"],
     shell:
@@ -156,9 +156,7 @@ rule render_slurry:
         **code("report/render_slurry"),
         predicted=rules.predict_slurry.output.predicted,
         relaxed=RELAXED,
-        frames=lambda wildcards: (
-            expand(rules.extract_frames.output.frames, slurry=wildcards.slurry) if wildcards.slurry in HELD_OUT else []
-        ),
+        frames=target_frames,
     output:
         figure=reported(
             "figures/slurry_{surrogate}_{slurry}.png", "slurry", "Pictures", surrogate="{surrogate}", slurry="{slurry}"
@@ -171,9 +169,7 @@ rule render_slurry:
         mem_mb=slurry_mb,
         runtime=structure_minutes,
     params:
-        target=lambda wildcards, input: (
-            ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if wildcards.slurry in HELD_OUT else []
-        ),
+        target=target_options,
     shell:
         "python {input.script:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q} {params.target:q}"
         " --figure {output.figure:q}"
@@ -251,26 +247,26 @@ rule write_report:
         config=rules.record_run.output.config,
         versions=rules.record_run.output.versions,
         inputs=expand(rules.generate_inputs.output.inputs, slurry=SLURRIES),
-        runs=expand(rules.run_slurry.output.run, slurry=SLURRIES),
+        runs=expand(rules.run_slurry.output.run, slurry=SIMULATED),
         density=rules.measure_density.output.table,
         coordinate_errors=rules.compare_coordinates.output.table,
         rdf_errors=rules.compare_rdf.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         relaxation_ends=rules.measure_relaxation.output.table,
-        training_range=rules.check_training_range.output.table if TRAINING else [],
+        training_range=rules.check_training_range.output.table if RANGE_KNOWN else [],
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
         models=expand(f"{RESULTS}/models/{{surrogate}}/model.keras", surrogate=LEARNED),
         histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=LEARNED),
         figures=[
             rules.plot_workflow.output.figure,
-            rules.plot_densification.output.figure,
+            *([rules.plot_densification.output.figure] if SIMULATED else []),
             *expand(rules.plot_learning_curves.output.figure, surrogate=LEARNED),
             *expand(rules.plot_coordinates.output.figure, slurry=HELD_OUT if TRACKED else []),
             *expand(rules.render_slurry.output.figure, surrogate=PICTURED, slurry=PREDICTED),
             rules.plot_density.output.figure,
             rules.plot_rdf.output.figure,
-            rules.plot_costs.output.figure,
+            *([rules.plot_costs.output.figure] if TRACKED or HELD_OUT else []),
         ],
     output:
         report=reported("report.html", "report", "Report"),
@@ -280,7 +276,9 @@ rule write_report:
     conda:
         "../../envs/analysis.yaml"
     params:
+        roles=section({id: slurry.role for id, slurry in SLURRIES.items()}),
         surrogates=SURROGATES,
+        left_out=LEFT_OUT,
         training_range=lambda wildcards, input: (
             ["--training-range", input.training_range] if input.training_range else []
         ),
@@ -288,7 +286,8 @@ rule write_report:
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
-        " --run-json {input.runs:q} --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
+        " --run-json {input.runs:q} --roles {params.roles:q} --left-out {params.left_out:q}"
+        " --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --relaxation-ends"
         " {input.relaxation_ends:q} --cost-table {input.cost:q} --speedup {input.speedup:q}"
         " {params.training_range:q} --surrogates {params.surrogates:q} --models"

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 
 from slurrycast import surrogates
 
+WITHOUT_TRAINING = "left out, as this run has no training slurries to learn or take surrogate.packing_fraction from"
+
 
 def without_training(config: Mapping, label: str) -> bool:
     """Whether a surrogate can predict in a run that takes a trained model and has no training slurries."""

@@ -46,7 +46,7 @@ def label_and_steps(text: str) -> tuple[str, int]:
 def add_dem_runs(parser: Parser) -> None:
     """Add the options that `compare_costs` needs beside the costs."""
     parser.add_tables("equilibrium")
-    parser.add_input("--run-json", "run.json of the slurries", nargs="+")
+    parser.add_input("--run-json", "run.json of the slurries that have a DEM", nargs="*")
     parser.add_argument(
         "--input-steps",
         nargs="+",
@@ -119,9 +119,9 @@ def compare_costs(
     costs
         Rows of tables/cost.csv.
     equilibrium
-        tables/equilibrium.csv.
+        tables/equilibrium.csv, of the slurries that have a DEM.
     runs
-        Content of run.json by slurry.
+        Content of run.json by slurry, of the same.
     input_steps
         DEM step of the last input frame by surrogate; 0 for one that takes nothing from the DEM.
     clock
@@ -129,39 +129,42 @@ def compare_costs(
 
     Returns
     -------
-    One row for each surrogate and slurry that went through the hybrid chain, in the order of `equilibrium`, with the
-    columns surrogate, slurry, clock, particles, one for each stage of HYBRID_PARTS, hybrid (their sum), dem (full run,
-    inputs included), dem_to_equilibrium (the same), ratio (dem / hybrid) and ratio_to_equilibrium. dem and ratio are
-    NaN for slurries of role new, whose DEM is not run to the end; dem_to_equilibrium and ratio_to_equilibrium are NaN
-    for these too, and for slurries with a warning, which are not in equilibrium at their end.
+    One row for each surrogate and slurry that went through the hybrid chain, in the order of `costs`, with the columns
+    surrogate, slurry, clock, particles, one for each stage of HYBRID_PARTS, hybrid (their sum), dem (full run, inputs
+    included), dem_to_equilibrium (the same), ratio (dem / hybrid) and ratio_to_equilibrium. dem and ratio are
+    NaN for slurries of role new, whose DEM is not run to the end or not at all; dem_to_equilibrium and
+    ratio_to_equilibrium are NaN for these too, and for slurries with a warning, which are not in equilibrium at their
+    end.
 
     Raises
     ------
     InputError
         If a cost or a step is missing.
     """
-    rows = []
+    rows, ends = [], {end.slurry: end for end in equilibrium.itertuples()}
     smallest_extraction_s = costs.loc[costs.stage == "extract_frames", clock].min()
     for surrogate, relaxed in costs[costs.stage == "relax_slurry"].groupby("surrogate", sort=False):
         if surrogate not in input_steps:
             raise InputError(f"surrogate {surrogate}: no step of the last input frame is given for it")
-        for slurry in equilibrium[equilibrium.slurry.isin(relaxed.slurry)].itertuples():
-            run, steps = runs[slurry.slurry], input_steps[surrogate]
-            records = costs[(costs.slurry == slurry.slurry) & costs.surrogate.isin(["-", surrogate])]
+        for slurry, particles in zip(relaxed.slurry, relaxed.particles.astype(int), strict=True):
+            run, end, steps = runs.get(slurry), ends.get(slurry), input_steps[surrogate]
+            records = costs[(costs.slurry == slurry) & costs.surrogate.isin(["-", surrogate])]
             seconds = dict(records.groupby("stage")[clock].sum())
-            seconds["run_slurry_to_input"] = dem_seconds(run, steps, clock) if steps else 0.0
+            if not steps:
+                seconds |= {"run_slurry_to_input": 0.0, "extract_frames": 0.0}
+            elif run and "extract_frames" in seconds:
+                seconds["run_slurry_to_input"] = dem_seconds(run, steps, clock)
+                recorded_s = seconds["extract_frames"]
+                seconds["extract_frames"] = extraction_seconds(recorded_s, smallest_extraction_s, run, steps)
             if missing := [part for part in HYBRID_PARTS if part not in seconds]:
-                raise InputError(f"surrogate {surrogate}, slurry {slurry.slurry}: no cost of {', '.join(missing)}")
-            recorded_s = seconds["extract_frames"]
-            extraction_s = extraction_seconds(recorded_s, smallest_extraction_s, run, steps)
-            seconds["extract_frames"] = extraction_s if steps else 0.0
-            row = {"surrogate": surrogate, "slurry": slurry.slurry, "clock": clock, "particles": slurry.particles}
+                raise InputError(f"surrogate {surrogate}, slurry {slurry}: no cost of {', '.join(missing)}")
+            row = {"surrogate": surrogate, "slurry": slurry, "clock": clock, "particles": particles}
             row |= {part: float(seconds[part]) for part in HYBRID_PARTS}
             row |= {"hybrid": sum(row[part] for part in HYBRID_PARTS), "dem": np.nan, "dem_to_equilibrium": np.nan}
-            if slurry.role != "new":
+            if end and end.role != "new":
                 row["dem"] = row["generate_inputs"] + dem_seconds(run, run["steps"], clock)
-            if not np.isnan(slurry.time_to_equilibrium_us) and not slurry.warning:
-                settled = run["steps"] * slurry.time_to_equilibrium_us / slurry.run_time_us
+            if end and not np.isnan(end.time_to_equilibrium_us) and not end.warning:
+                settled = run["steps"] * end.time_to_equilibrium_us / end.run_time_us
                 row["dem_to_equilibrium"] = row["generate_inputs"] + dem_seconds(run, settled, clock)
             row["ratio"] = row["dem"] / row["hybrid"]
             row["ratio_to_equilibrium"] = row["dem_to_equilibrium"] / row["hybrid"]

@@ -133,14 +133,15 @@ def new_slurries(results: Results) -> dict | None:
     new = results.slurries("new")
     if not new:
         return None
-    equilibrium, rows = results.equilibrium.set_index("slurry"), []
+    at_input = results.equilibrium.set_index("slurry").density_g_cm3.reindex(new).dropna()
+    rows = []
     for surrogate in results.surrogates:
         for slurry, structure in results.structures(surrogate).reindex(new).dropna(subset="density").iterrows():
-            run = equilibrium.loc[slurry]
+            mass_units = results.inputs[slurry]["physics"]["slurry"]["mass_units"]
             against = structure.density / results.expected_density_g_cm3 - 1
-            inputs = [slurry, surrogate, run.mass_units, run.particles, run.density_g_cm3]
-            rows.append([*inputs, structure.density, against, structure.volume])
-    return {"rows": rows, "pictures": pictures(results, new)}
+            before = [mass_units, results.particles[slurry], *at_input[at_input.index == slurry]]
+            rows.append([slurry, surrogate, *before, structure.density, against, structure.volume])
+    return {"rows": rows, "pictures": pictures(results, new), "simulated": len(at_input) > 0}
 
 
 # ---- cost and provenance
@@ -152,7 +153,8 @@ def costs(results: Results) -> dict:
     scope = results.test or list(dict.fromkeys(wall.slurry))
     shown = wall[wall.slurry.isin(scope)]
     length_s, unit = time_unit(shown[["dem", "hybrid"]].max(axis=None))
-    columns = [*HYBRID_PARTS, "hybrid", "dem", "dem_to_equilibrium"]
+    part_names = {part: name for part, name in HYBRID_PARTS.items() if shown[part].any()}
+    columns = [*part_names, "hybrid", *(["dem", "dem_to_equilibrium"] if shown.dem.notna().any() else [])]
     parts = [[name, *(shown.loc[shown.surrogate == name, columns].mean() / length_s)] for name in results.surrogates]
 
     known = shown.dropna(subset=["ratio"]).groupby("surrogate", sort=False)
@@ -170,7 +172,7 @@ def costs(results: Results) -> dict:
     return {
         "scope": scope,
         "unit": unit,
-        "part_names": list(HYBRID_PARTS.values()),
+        "part_names": list(part_names.values()),
         "parts": parts,
         "ratios": list(known.ratio),
         "early_ratios": [(name, early.dropna()) for name, early in known.ratio_to_equilibrium if early.notna().any()],

@@ -26,17 +26,19 @@ class Results:
     config: Mapping
     config_text: str
     versions: Mapping
+    roles: Mapping[str, str]  # by slurry, in the order of the slurry table
     inputs: Mapping[str, Mapping]  # inputs.json by slurry
-    runs: Mapping[str, Mapping]  # run.json by slurry
+    runs: Mapping[str, Mapping]  # run.json by slurry, of those that have a DEM, as in `equilibrium`
     density: pd.DataFrame
     coordinate_errors: pd.DataFrame
     rdf_errors: pd.DataFrame
     equilibrium: pd.DataFrame
     relaxation_ends: pd.DataFrame
-    training_range: pd.DataFrame | None  # None without training slurries
+    training_range: pd.DataFrame | None  # None without training slurries, and where none would leave it
     costs: pd.DataFrame
     speedup: pd.DataFrame
     surrogates: Sequence[str]  # labels, in the order of columns
+    left_out: Sequence[str]  # labels that would need training slurries
     descriptions: Mapping[str, tuple[str, str]]  # what a surrogate looks at, and its rule for the final box, in words
     histories: Mapping[str, pd.DataFrame]  # of the surrogates that are Keras models, as are the networks
     networks: Mapping[str, Network]
@@ -50,7 +52,12 @@ class Results:
 
     def slurries(self, *roles: str) -> list[str]:
         """Ids of the slurries in one of `roles`, in the order of the slurry table."""
-        return list(self.equilibrium.slurry[self.equilibrium.role.isin(roles)])
+        return [slurry for slurry, role in self.roles.items() if role in roles]
+
+    @property
+    def particles(self) -> dict[str, int]:
+        """Number of particles of each slurry."""
+        return {slurry: sum(each["particles"] for each in self.inputs[slurry]["types"]) for slurry in self.roles}
 
     @property
     def test(self) -> list[str]:
@@ -80,7 +87,7 @@ class Results:
         by_slurry = self.density.set_index("slurry")[[*names, "surrogate", "model"]].rename(columns=names)
         hybrid = by_slurry.loc[by_slurry.surrogate == surrogate, names.values()]
         dem = by_slurry.loc[by_slurry.model == "DEM", names.values()].add_prefix("dem_")
-        order = [slurry for slurry in self.equilibrium.slurry if slurry in hybrid.index]
+        order = [slurry for slurry in self.roles if slurry in hybrid.index]
         return with_differences(hybrid.loc[order].join(dem))
 
     def errors(self, surrogate: str, axis: str = "all") -> pd.DataFrame:

@@ -16,15 +16,16 @@ def report_html(results: Results) -> str:
         "summary": statistics.key_results(results),
         "gains": {"gains": gains} if gains else None,
         "comparison": {
-            "rdfs": rdfs,
             "densities": comparison_statistics.densities(results),
             "coordinates": comparison_statistics.coordinates(results),
             "pictures": comparison_statistics.pictures(results, results.compared),
-        },
+        }
+        if results.compared
+        else None,
         "new_slurries": comparison_statistics.new_slurries(results),
         "relaxation": comparison_statistics.relaxation_ends(results),
         "costs": comparison_statistics.costs(results),
-        "dem_runs": {},
+        "dem_runs": {} if results.runs else None,
         "surrogates": statistics.surrogates(results),
         "training_range": statistics.training_range(results),
         "settings": statistics.settings(results),
@@ -35,9 +36,9 @@ def report_html(results: Results) -> str:
         **vars(results),
         **{role: results.slurries(role) for role in statistics.ROLE_NAMES},
         "compared": results.compared,
-        "particles": results.equilibrium.particles.sum(),
+        "particles": sum(results.particles.values()),
         "rdfs": rdfs,
-        "lead": next(iter(comparison_statistics.pictures(results, [*results.test, *results.equilibrium.slurry])), None),
+        "lead": next(iter(comparison_statistics.pictures(results, [*results.test, *results.roles])), None),
         "dem": statistics.dem_runs(results),
         **statistics.notices(results),
     }

@@ -167,7 +167,7 @@ def settings(results: Results) -> dict:
         "article_input_steps": [frame * article.STEPS_PER_FRAME for frame in article.INPUT_FRAMES],
         "article_full_dem_s": 60 * article.FULL_DEM_MIN,
         "wall_s": jobs.wall_s,
-        "samples": results.equilibrium.particles[results.equilibrium.role == "train"].sum(),
+        "samples": sum(results.particles[slurry] for slurry in results.slurries("train")),
         "training": {label: results.config["surrogate"].get(family(label), {}) for label in results.networks},
         "phases": phases,
     }
@@ -188,6 +188,7 @@ def dem_runs(results: Results) -> dict:
         "times_us": settled.time_to_equilibrium_us,
         "slowest": None if settled.empty else settled.loc[settled.time_to_equilibrium_us.idxmax()],
         "densified": DENSIFIED,
+        "has_new": len(complete) < len(equilibrium),
         "not_settled": list(complete.slurry[complete.warning != ""]),
     }
 
@@ -231,9 +232,11 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
     }
 
 
-def training_range(results: Results) -> dict:
-    """The predicted slurries beside the range of the training slurries; what is outside is marked."""
+def training_range(results: Results) -> dict | None:
+    """The predicted slurries beside the range of the training slurries; what is outside is marked. None without any."""
     table = results.training_range
+    if table is None and not results.networks:
+        return None
     if table is None or not (table.outside == "yes").any():
         return {"known": table is not None, "columns": [], "rows": []}
     by_quantity = {range_quantity(name): rows for name, rows in table.groupby("quantity", sort=False)}

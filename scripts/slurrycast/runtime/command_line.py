@@ -68,6 +68,13 @@ class Parser(argparse.ArgumentParser):
         self.add_value("--target-frame", "number of the DEM frame to compare with", type=int)
         self.one_each("predicted", "frames")
 
+    def add_target(self) -> None:
+        """Add DEM frames and the number of the one that a structure is compared with; neither for a new slurry."""
+        self.add_input("--frames", "DEM frames with the target (HDF5); leave out for a new slurry", required=False)
+        self.add_value("--target-frame", "number of the frame of --frames", type=int, default=None)
+        alone = "--frames and --target-frame go together"
+        self.add_check(lambda args: alone if (args.frames is None) != (args.target_frame is None) else None)
+
     def add_check(self, problem: Callable[[Namespace], str | None]) -> None:
         """End with the line that `problem` returns for the options, if it returns one."""
         self._checks.append(problem)

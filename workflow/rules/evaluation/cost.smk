@@ -15,7 +15,8 @@ rule compute_front:
     input:
         **code("evaluation/compute_front"),
         costs=[
-            *expand([rules.generate_inputs.output.cost, rules.extract_frames.output.cost], slurry=PREDICTED),
+            *expand(rules.generate_inputs.output.cost, slurry=PREDICTED),
+            *expand(rules.extract_frames.output.cost, slurry=[slurry for slurry in PREDICTED if slurry in SIMULATED]),
             *expand(
                 [rules.predict_slurry.output.cost, rules.wrap_slurry.output.cost, RELAXATION_COST],
                 surrogate=EVALUATED,
