@@ -12,12 +12,13 @@ import sys
 
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import write_table
+from slurrycast.dem.equilibrium import END_STATE
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.base import LOOSE_PACKING
 
-END_STATE = ("temperature_k", "temperature_rotational_k", "pressure_kpa", "kinetic_share", "densification")
+MEASURED = (*END_STATE, "densification")
 # Below it a random start is about as dense as the structure at rest, which is then too dense: with a friction of 0.5, a
 # start at a packing fraction of 0.6 ends 5 % too dense, 1.03 times as dense as it began (docs/evaluation.md).
 LEAST_DENSIFICATION = 1.1
@@ -39,14 +40,14 @@ def warnings(row: dict, pressure_kpa: float, max_kinetic_share: float, pressure_
 
 def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> dict:
     """Row of the table for one relaxed structure. InputError if it does not say how its relaxation ended."""
-    missing = [name for name in END_STATE if name not in store.attributes]
+    missing = [name for name in MEASURED if name not in store.attributes]
     if missing:
         raise InputError(f"{store.path}: no attribute {', '.join(missing)}, must be the output of relax_slurry")
     row = {
         "surrogate": store.attributes["surrogate"],
         "slurry": store.attributes["slurry"],
         "steps": json.loads(store.attributes["relaxation"])["steps"],
-        **{name: float(store.attributes[name]) for name in END_STATE},
+        **{name: float(store.attributes[name]) for name in MEASURED},
     }
     found = warnings(row, pressure_kpa, max_kinetic_share, pressure_within)
     sentences = [f"not at rest: {'; '.join(found)}"] if found else []

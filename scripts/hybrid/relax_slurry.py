@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.data.frames import read_frames, write_frames
+from slurrycast.dem.equilibrium import END_STATE
 from slurrycast.dem.forcefield import thermal_share
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
@@ -25,14 +26,6 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place
 from slurrycast.runtime.work_folder import work_folder
-
-# attributes of the relaxed microstructure, and columns of relax.lmp
-END_STATE = {
-    "temperature_k": "Temp",
-    "temperature_rotational_k": "v_temperature_rotational_k",
-    "pressure_kpa": "Press",
-    "kinetic_share": "v_kinetic_share",
-}
 
 
 def add_options(parser: Parser) -> None:

@@ -35,7 +35,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     ),
     dem_checks.barostat: (
         "dem.barostat dem.pressure_damping_us dem.timestep_us dem.steps dem.temperature_k dem.pressure_kpa "
-        "formulation.phases formulation.unit_mass_pg formulation.initial_packing_fraction"
+        "formulation.phases formulation.initial_packing_fraction"
     ),
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",

@@ -17,7 +17,7 @@ from slurrycast.dem import forcefield, recipe
 # Steps in which the box collapses while no particle resists: with fewer the DEM ends in NaN or lost particles, or, with
 # Berendsen's barostat, the box swings. NPT gives way as soon as particles do.
 LEAST_COLLAPSE_STEPS = {"npt": 80, "berendsen": 500}
-LARGE_MASS_UNITS = 1e6  # at which whole numbers of particles follow the fractions
+MOST_PARTICLES = 1_000_000  # of one slurry: nearly 30 times the published size, and 50 GB as the rules estimate it
 SUM_TOLERANCE = 1e-6  # for fractions that sum to 1: room for thirds written with seven digits
 
 
@@ -72,12 +72,24 @@ def _and_more(count: int) -> str:
     return f" (and {count - 1} more slurries)" if count > 1 else ""
 
 
+def particles_per_pg(types: Sequence[recipe.ParticleType]) -> list[float]:
+    """Number of particles of each type in 1 pg of slurry, not whole."""
+    mean_mass_pg = dict.fromkeys((t.phase for t in types), 0.0)
+    for t in types:
+        mean_mass_pg[t.phase] += t.number_fraction * t.mass_pg
+    return [t.mass_fraction * t.number_fraction / mean_mass_pg[t.phase] for t in types]
+
+
 def whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
-    """Each slurry has at least one particle of each size class."""
+    """Each slurry has at least one particle of each size class, and not too many."""
     types = recipe.particle_types(config["formulation"]["phases"])
-    lacking = []
+    lacking, crowded = [], []
     for slurry in slurries:
         mass_pg = slurry.mass_units * config["formulation"]["unit_mass_pg"]
+        particles = mass_pg * sum(particles_per_pg(types))
+        if particles > MOST_PARTICLES:
+            crowded.append((particles, slurry.id))
+            continue
         counts = recipe.particle_counts(types, mass_pg)
         absent = [f"{t.phase} {t.diameter_um:g} um" for t, count in zip(types, counts, strict=True) if count == 0]
         if absent:
@@ -87,6 +99,12 @@ def whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} of {mass_pg:.6g} pg has no particle of {absent}: must be "
             f"enough mass for one of each size class{_and_more(len(lacking))}"
+        )
+    if crowded:
+        particles, slurry_id = max(crowded)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} has {particles:.4g} particles: must be at most "
+            f"{MOST_PARTICLES}{_and_more(len(crowded))}"
         )
 
 
@@ -148,8 +166,7 @@ def barostat(config: Mapping, _) -> Iterator[str]:
     if name == "npt":
         # The strain accelerates by pressure x volume over the barostat's mass, N k T damping^2.
         types = recipe.particle_types(formulation["phases"])
-        counts = recipe.particle_counts(types, LARGE_MASS_UNITS * formulation["unit_mass_pg"])
-        volume_um3 = recipe.mean_volume_um3(types, counts) / formulation["initial_packing_fraction"]
+        volume_um3 = recipe.mean_volume_um3(types, particles_per_pg(types)) / formulation["initial_packing_fraction"]
         per_damping = math.sqrt(forcefield.thermal_share(dem["temperature_k"], dem["pressure_kpa"], volume_um3))
     least_us = LEAST_COLLAPSE_STEPS[name] * dem["timestep_us"] / per_damping
     most_us = dem["steps"] * dem["timestep_us"] / per_damping
@@ -213,10 +230,9 @@ def convergence(config: Mapping, _) -> Iterator[str]:
 
 def rdf_pair(config: Mapping, _) -> Iterator[str]:
     """The phases of the RDF exist."""
-    phases = list(config["formulation"]["phases"])
-    for phase in config["analysis"]["rdf_pair"]:
-        if phase not in phases:
-            yield f"analysis.rdf_pair: {shown(phase)}: must be one of {', '.join(phases)}"
+    pair, phases = config["analysis"]["rdf_pair"], list(config["formulation"]["phases"])
+    if not set(pair) <= set(phases):
+        yield f"analysis.rdf_pair = {shown(pair)}: must be two phases of {', '.join(phases)}, which may be the same"
 
 
 def phase_counts(config: Mapping, slurry: Slurry) -> dict[str, int]:
