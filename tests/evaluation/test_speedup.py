@@ -91,6 +91,16 @@ def test_the_hybrid_pays_for_everything_up_to_its_own_last_input_frame():
     assert new.extract_frames == pytest.approx(2.1)  # all of its frames are needed
 
 
+def test_a_slurry_without_a_dem_costs_its_chain():
+    """As of a surrogate that takes no frames; for any other one the DEM is missing."""
+    costs = cost_table(("direct",)).query("slurry == 'N1' and stage not in ('run_slurry', 'extract_frames')")
+    (row,) = compare_costs(costs, EQUILIBRIUM[:0], {}, {"direct": 0}).to_dict("records")
+    assert (row["slurry"], row["particles"], row["hybrid"]) == ("N1", 300, pytest.approx(15.5))
+    assert np.isnan([row["dem"], row["dem_to_equilibrium"], row["ratio"], row["ratio_to_equilibrium"]]).all()
+    with pytest.raises(InputError, match="surrogate direct, slurry N1: no cost of run_slurry_to_input, extract_frames"):
+        compare_costs(costs, EQUILIBRIUM[:0], {}, {"direct": 100})
+
+
 def test_clocks_are_kept_apart():
     wall, cpu = (compare_costs(cost_table(), EQUILIBRIUM, RUNS, STEPS, clock) for clock in ("wall_s", "cpu_s"))
     np.testing.assert_allclose(cpu.hybrid, wall.hybrid / 2)

@@ -407,6 +407,34 @@ def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
     assert "– to –" not in page.text
 
 
+def without_dem(results: Results) -> Results:
+    """A run of one slurry and surrogate that took nothing from the DEM, and left out another one."""
+    alone = restricted(results, ["N1"], surrogates=["affine"], left_out=["net"], networks={}, histories={})
+    tables = {name: getattr(alone, name) for name in ("relaxation_ends", "density", "costs", "speedup")}
+    tables = {name: table[table.surrogate.isin(["-", "affine"])] for name, table in tables.items()}
+    tables["costs"] = tables["costs"][~tables["costs"].stage.isin(["run_slurry", "run_slurry_to_input"])]
+    tables["speedup"] = tables["speedup"].assign(run_slurry_to_input=0.0, extract_frames=0.0)
+    figures = {stem: results.figures[stem] for stem in ("workflow", "density", "rdf")}
+    empty = {"runs": {}, "equilibrium": alone.equilibrium[:0], "training_range": None}
+    return replace(alone, **tables, **empty, figures=figures)
+
+
+def test_a_run_without_dem_says_nothing_of_one(results):
+    alone = without_dem(results)
+    page = page_of(alone)
+    titles = [text for tag, text in page.blocks if tag == "h2"]
+    assert titles[:4] == ["Summary", "New slurries", "End of the relaxation", "Cost"]
+    assert not {"Hybrid against DEM", "DEM runs", "Training range"} & set(titles)
+    assert page.images == len(alone.figures)
+    assert notices_of(page) == [
+        "Left out, as this run has no training slurries to learn or take a packing fraction from: net."
+    ]
+    for row in (["N1", "affine", "1", "100", "2.2222", "-0.8%", "45.0"], ["affine", "0.5", "0.5", "0.5", "12", "20"]):
+        assert row in page.rows
+    for words in ("hybrid", "input frame", "simulated", "dem runs", "run_slurry"):
+        assert words not in page.text.partition("Effective configuration")[0].lower(), words
+
+
 def test_new_slurries_beside_others_point_to_the_figures_above(results):
     text = page_of(results).text
     assert text.count("Fig. 6.") == text.count("Fig. S2.") == 1

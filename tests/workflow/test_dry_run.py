@@ -25,7 +25,7 @@ def own(tmp_path: Path, **sections: dict) -> Path:
     for name, keys in sections.items():
         config[name] = (config.get(name) or {}) | keys if isinstance(keys, dict) else keys
     path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump(config))
+    path.write_text(yaml.safe_dump(config, sort_keys=False))
     return path
 
 
@@ -54,11 +54,85 @@ def test_a_restart_file_is_kept_where_a_surrogate_continues_the_dem(tmp_path):
     assert kept == {"T1": "10", "1": "3 10 14", "V1": "3 10 14", "N1": "10 14"}
 
 
-def test_a_slurry_from_its_recipe_alone_needs_no_dem():
-    done = plan("config/recipe.yaml", "microstructures", "--quiet", "host")
-    jobs = dict(re.findall(r"^(\w+) +(\d+)$", done.stdout, re.MULTILINE))
-    stages = ("generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "microstructures")
-    assert jobs == dict.fromkeys(stages, "1") | {"total": "5"}
+def planned_jobs(done: subprocess.CompletedProcess) -> dict[str, int]:
+    """Number of jobs of each rule in a plan."""
+    assert done.returncode == 0, done.stdout + done.stderr
+    return {rule: int(jobs) for rule, jobs in re.findall(r"^(\w+) +(\d+)$", done.stdout, re.MULTILINE)}
+
+
+CHAIN = ("generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry")
+
+
+@pytest.mark.parametrize(
+    ("target", "jobs", "without"),
+    [
+        ("microstructures", dict.fromkeys([*CHAIN, "microstructures"], 1) | {"total": 5}, {"compute_rdf"}),
+        ("slurries", {"slurries": 1, "total": 1}, {*CHAIN}),
+        ("tables", dict.fromkeys([*CHAIN, "measure_relaxation", "compare_costs"], 1), {"run_slurry", "extract_frames"}),
+        (
+            "all",
+            dict.fromkeys([*CHAIN, "compute_rdf", "render_slurry", "plot_density", "write_report"], 1),
+            {"run_slurry", "extract_frames", "plot_densification", "plot_costs", "plot_coordinates"},
+        ),
+    ],
+)
+def test_a_slurry_from_its_recipe_alone_needs_no_dem(target, jobs, without):
+    planned = planned_jobs(plan("config/recipe.yaml", target, "--quiet", "host"))
+    assert jobs.items() <= planned.items()
+    assert not without & planned.keys()
+
+
+@pytest.mark.parametrize(("names", "simulated"), [(["direct", "direct_box"], 3), (["direct", "affine"], 4)])
+def test_a_new_slurry_is_simulated_if_a_surrogate_takes_frames(tmp_path, names, simulated):
+    """Beside slurries that are simulated in any case."""
+    rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]
+    table = write_slurries(tmp_path / "slurries.tsv", rows)
+    config = own(tmp_path, slurries=table, surrogate={"names": names}, evaluation={"surrogates": []})
+    planned = planned_jobs(plan(config, "--quiet", "host"))
+    assert [planned[rule] for rule in ("generate_inputs", "run_slurry", "extract_frames")] == [4, simulated, simulated]
+    assert ("check_training_range" in planned) == (simulated == 4)
+
+
+def test_surrogates_that_are_left_out_are_named(tmp_path):
+    table = write_slurries(tmp_path / "slurries.tsv", [("N1", "new")])
+    further = ["direct_box", "neighbours", "early_dem_x2"]
+    config = own(tmp_path, slurries=table, surrogate={"names": ["direct"]}, evaluation={"surrogates": further})
+    done = plan(config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if "left out" in line]
+    assert line.startswith("surrogates direct_box, neighbours: left out, as this run has no training slurries")
+    assert "--left-out direct_box neighbours " in done.stdout
+
+
+@pytest.mark.parametrize("target", ["tables/structure_errors.csv", "figures/verdicts.png", "evaluation.html"])
+def test_only_the_skill_needs_the_affine_map(tmp_path, target):
+    config = own(tmp_path, surrogate={"names": ["direct"]}, evaluation={"surrogates": []})
+    done = plan(config, f"results/plan_{tmp_path.name}/{target}")
+    if target == "evaluation.html":
+        assert done.returncode == 1
+        assert "evaluation.surrogates: must hold affine for this target" in done.stdout + done.stderr
+    else:
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+PHASE = {"density_g_cm3": 4.0, "size_classes": [{"diameter_um": 0.8, "number_fraction": 1.0}]}
+PHASES = {"B": PHASE | {"mass_fraction": 0.7}, "A": PHASE | {"mass_fraction": 0.3, "density_g_cm3": 2.0}}
+
+
+@pytest.mark.parametrize("pair", [["A", "B"], None])
+def test_phases_of_a_recipe_replace_those_of_the_default(tmp_path, pair):
+    recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}}
+    recipe["formulation"] |= {"phases": PHASES, "expected_density_g_cm3": 1.8}
+    path = tmp_path / "recipe.yaml"
+    path.write_text(yaml.safe_dump(recipe | ({"analysis": {"rdf_pair": pair}} if pair else {}), sort_keys=False))
+    done = plan(path, "microstructures")
+    if pair:
+        assert done.returncode == 0, done.stdout + done.stderr
+        (physics,) = re.findall(r"generate_inputs.py --slurry \S+ --physics '(.*?)'", done.stdout)
+        assert json.loads(physics)["formulation"]["order"] == ["B", "A"]
+    else:
+        lines = [line for line in (done.stdout + done.stderr).splitlines() if "must be" in line]
+        assert [line.partition("=")[0].strip() for line in lines] == ["analysis.rdf_pair"], done.stdout + done.stderr
 
 
 def test_order_of_keys_repeats_nothing(tmp_path):
@@ -73,8 +147,9 @@ def test_order_of_keys_repeats_nothing(tmp_path):
     default = load("config")
     before = physics()
     assert len(before) == 7
-    phase = {"size_classes": [{"number_fraction": 1.0, "diameter_um": 1.1}]}  # the other way round
-    formulation = {"unit_mass_pg": 170.0, "phases": {"BDPD": phase}}
+    phases = default["formulation"]["phases"]
+    phases["BDPD"] = dict(reversed(phases["BDPD"].items()))
+    formulation = {"unit_mass_pg": 170.0, "phases": phases}
     assert physics(force_field=default["force_field"], formulation=formulation) == before
 
 

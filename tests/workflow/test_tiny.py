@@ -276,21 +276,32 @@ def test_edited_code_reruns_what_uses_it_and_never_a_dem(project, results):
     assert not rules & {"generate_inputs", "run_slurry", "extract_frames"}
 
 
-def test_new_slurry_from_its_recipe_alone(project, results):
-    """Without training slurries, a model and a packing fraction, to the report."""
+def test_new_slurry_from_its_recipe_alone(project):
+    """Without training slurries, a model, a packing fraction and a DEM, to the report."""
     (project / "config" / "alone.tsv").write_text(HEADER + "X\tnew\t1\t1.0\t7\n")
     config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
     config |= {"run": {"name": "alone"}, "slurries": "config/alone.tsv", "surrogate": {"names": ["direct"]}}
-    config["evaluation"] = {"surrogates": []}
+    config |= {"evaluation": {"surrogates": ["affine"]}, "report": {"pictures": ["direct"]}}
     (project / "config" / "alone.yaml").write_text(yaml.safe_dump(config))
     options = ("--configfile", "config/alone.yaml")
-    said = snakemake(project, "microstructures", *options)
-    assert "run_slurry" not in said
-    relaxed = project / "results" / "alone" / "hybrid" / "direct" / "X" / "relaxed.h5"
-    with read_frames(relaxed) as store:
-        assert 2.0 < store.density_g_cm3(store.last) < 2.4
-    snakemake(project, *options)
-    assert "direct" in opened_offline(project / "results" / "alone" / "report.html")
+    said = snakemake(project, "all", "tables", *options)
+    assert "rule run_slurry" not in said and "rule extract_frames" not in said
+    alone = project / "results" / "alone"
+    with read_frames(alone / "hybrid" / "direct" / "X" / "relaxed.h5") as store:
+        density_g_cm3 = store.density_g_cm3(store.last)
+    assert 2.0 < density_g_cm3 < 2.4
+    tables = {path.stem: table(alone, path.stem) for path in (alone / "tables").glob("*.csv")}
+    assert {name for name, rows in tables.items() if rows.empty} == {"equilibrium", "coordinate_errors", "rdf_errors"}
+    assert tables["density_volume"].density_g_cm3[0] == pytest.approx(density_g_cm3)
+    chain = tables["cost"].stage[tables["cost"].slurry == "X"]
+    assert list(chain) == ["generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "compute_rdf"]
+    assert (tables["speedup"].hybrid > 0).all() and tables["speedup"].dem.isna().all()
+    figures = {path.stem for path in (alone / "figures").glob("*.png")}
+    assert figures == {"workflow", "density", "rdf", "slurry_direct_X"}
+    page = Page((alone / "report.html").read_text(encoding="utf-8"))
+    assert page.images == len(figures) and page.loads_nothing
+    assert f"{density_g_cm3:.4f}" in page.text
+    assert "Left out" in page.text and "affine" in page.text
 
 
 def test_new_slurry_with_a_trained_model(project, results):
