@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from checkouts import copy_checkout, snakemake
-from configurations import HEADER, ROOT, SCALES, load, merged, nested, read_slurries, shipped
+from configurations import HEADER, ROOT, SCALES, load, merged, nested, read_slurries, scaled, shipped
 from slurrycast.config.configuration import ConfigurationError, check, checked_slurries, in_order
 from slurrycast.config.dem_checks import replicated_pairs
 from slurrycast.config.physics import physics
@@ -20,6 +20,14 @@ pytestmark = pytest.mark.usefixtures("in_empty_project")
 @pytest.mark.parametrize("scale", ["config", *SCALES])
 def test_shipped_configurations_have_no_problems(scale):
     assert check(shipped(scale)) == []
+
+
+@pytest.mark.parametrize("factor", [0.1, 10])
+def test_particles_may_be_of_another_size(factor):
+    """With as many of them and, but for the scale, the same motion."""
+    config = scaled(shipped("recipe"), factor)
+    config["dem"]["pressure_damping_us"] *= factor
+    assert check(config) == []
 
 
 @pytest.mark.parametrize("scale", SCALES)
