@@ -27,9 +27,7 @@ rule compute_skill:
     """Compute the skill of each prediction, between the affine map and the noise of the DEM."""
     input:
         **code("evaluation/compute_skill"),
-        predicted=lambda wildcards: expand(
-            rules.predict_slurry.output.predicted, surrogate=skilled(), slurry=HELD_OUT
-        ),
+        predicted=lambda wildcards: expand(rules.predict_slurry.output.predicted, surrogate=skilled(), slurry=HELD_OUT),
         frames=expand(rules.extract_frames.output.frames, slurry=HELD_OUT * len(ALL_TRACKED)),
         noise=rules.measure_noise.output.table,
     output:
