@@ -129,16 +129,6 @@ rule compare_coordinates:
         " 2>&1 | tee {log:q}"
 
 
-def target_frames(wildcards):
-    """Frames of the DEM with the target that a structure is compared with, if it has one."""
-    return [f"{RESULTS}/frames/{wildcards.slurry}.h5"] if wildcards.slurry in HELD_OUT else []
-
-
-def target_options(wildcards, input):
-    """Options of a script for the target that a structure is compared with."""
-    return ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if input.frames else []
-
-
 rule compute_rdf:
     """Compute the RDF of target, prediction and relaxed structure."""
     input:

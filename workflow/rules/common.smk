@@ -348,37 +348,20 @@ def relaxation(wildcards):
     return settings | {"steps": int(wildcards.steps.removeprefix("-") or settings["steps"])}
 
 
-def relaxed_for_steps(path):
-    """Outputs `path` of relax_slurry for every surrogate, validation slurry and number of steps.
-
-    The relaxation for relaxation.steps is that of the main job.
-    """
-    if not RELAXATION_STEPS:
-        raise WorkflowError("evaluation.relaxation_steps = []: must be at least one number for this target")
-    steps = ["" if number == config["relaxation"]["steps"] else f"-{number}" for number in RELAXATION_STEPS]
-    return expand(path, surrogate=EVALUATED, slurry=required("validation"), steps=steps)
-
-
 def timestep_runs():
     """Ids of the runs of the convergence study."""
     checked_ids("convergence.slurry", [config["convergence"]["slurry"]], COMPLETE)
     return list(TIMESTEP_RUNS)
 
 
-def replicated():
-    """Slurries that have replicas and a perturbed run."""
-    required("test")
-    if not config["evaluation"]["replicated"]:
-        raise WorkflowError("evaluation.replicated = []: must be at least one slurry for this target")
-    ids = checked_ids("evaluation.replicated", config["evaluation"]["replicated"], HELD_OUT)
-    for line in dem_checks.replicated_pairs(config, [SLURRIES[id] for id in ids], [SLURRIES[id] for id in HELD_OUT]):
-        raise WorkflowError(f"{line} for this target")
-    return ids
+def target_frames(wildcards):
+    """Frames of the DEM with the target that a structure is compared with, if it has one."""
+    return [f"{RESULTS}/frames/{wildcards.slurry}.h5"] if wildcards.slurry in HELD_OUT else []
 
 
-def calibration_slurries():
-    """Slurries on which the spread of a surrogate is calibrated."""
-    return required("validation", f", the spread of {', '.join(SPREADING)} is calibrated on it")
+def target_options(wildcards, input):
+    """Options of a script for the target that a structure is compared with."""
+    return ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if input.frames else []
 
 
 # The ids themselves, since any other pattern splits names like coordinates_vgg16_6_r1 in the wrong place.

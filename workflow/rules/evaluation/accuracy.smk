@@ -13,16 +13,6 @@ OUTPUTS:
 """
 
 
-def skilled():
-    """Surrogates that have a skill; an error, only for targets that need it, without the one whose skill is 0."""
-    if "affine" not in LABELS:
-        raise WorkflowError(
-            "evaluation.surrogates: must hold affine for this target, the zero of every skill, if surrogate.names does "
-            f"not; {RESULTS}/tables/verdicts.csv does without"
-        )
-    return ALL_TRACKED
-
-
 rule compute_skill:
     """Compute the skill of each prediction, between the affine map and the noise of the DEM."""
     input:

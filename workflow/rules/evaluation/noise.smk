@@ -51,15 +51,6 @@ rule run_perturbed:
         " 2>&1 | tee {log:q}"
 
 
-def structure_options(wildcards):
-    """Inputs of measure_structure: the frames of the DEM, or a prediction and its relaxed structure."""
-    slurry, source = wildcards.slurry, wildcards.source
-    if source == "dem":
-        return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
-    folder = f"{RESULTS}/hybrid/{source}/{slurry}"
-    return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
-
-
 rule measure_structure:
     """Measure contacts, overlaps and RDF of a structure from the DEM or a surrogate."""
     input:
