@@ -427,7 +427,7 @@ def test_a_run_without_dem_says_nothing_of_one(results):
     assert not {"Hybrid against DEM", "DEM runs", "Training range"} & set(titles)
     assert page.images == len(alone.figures)
     assert notices_of(page) == [
-        "Left out, as this run has no training slurries to learn or take a packing fraction from: net."
+        "Left out, as this run has no training slurries to learn from, or to take a packing fraction from: net."
     ]
     for row in (["N1", "affine", "1", "100", "2.2222", "-0.8%", "45.0"], ["affine", "0.5", "0.5", "0.5", "12", "20"]):
         assert row in page.rows

@@ -4,7 +4,10 @@ from collections.abc import Mapping
 
 from slurrycast import surrogates
 
-WITHOUT_TRAINING = "left out, as this run has no training slurries to learn or take surrogate.packing_fraction from"
+WITHOUT_TRAINING = (
+    "left out, as this run has no training slurries to learn from, or to take a packing fraction from "
+    "(surrogate.packing_fraction)"
+)
 
 
 def without_training(config: Mapping, label: str) -> bool:
