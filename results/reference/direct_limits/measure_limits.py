@@ -8,8 +8,8 @@
     done
     python measure_limits.py limits.csv
 
-Out: CSV of recipe, source (dem; direct; direct, dense: from a packing fraction of 0.6), slurry, and what was measured at
-the end. The four slurries differ in their seeds alone.
+Out: CSV of recipe, source (dem; direct; direct, dense: from a packing fraction of 0.6), slurry, and what was measured
+at the end. The four slurries differ in their seeds alone.
 """
 
 import sys
