@@ -37,6 +37,22 @@ def push_off(folder: Path, variables: dict, launcher: Launcher = ONE_RANK):
     return run_lammps(launcher, "push_off.lmp", variables, folder, "push_off.log")
 
 
+@pytest.mark.parametrize("apart_um", [0.0, 1e-7])
+def test_particles_in_one_place_are_pushed_apart(folder, variables, apart_um):
+    """However few iterations a round has, and however well the others are apart already."""
+    lines = (folder / "initial.data").read_text().splitlines()
+    first = lines.index("Atoms # sphere") + 2
+    place = lines[first].split()[4:7]
+    words = lines[first + 1].split()
+    words[4:7] = [repr(float(place[0]) + apart_um), *place[1:]]
+    (folder / "initial.data").write_text("\n".join([*lines[: first + 1], " ".join(words), *lines[first + 2 :]]) + "\n")
+    push_off(folder, {**variables, "push_off_iterations": 5})
+    pushed = atoms(folder / "pushed_off.data")
+    ids = [float(lines[first].split()[0]), float(words[0])]
+    one, other = pushed[np.isin(pushed[:, 0], ids)]
+    assert np.linalg.norm(one[4:7] - other[4:7]) > 0.6 * (one[2] + other[2]) / 2
+
+
 @pytest.fixture
 def program(tmp_path) -> Callable[[str], str]:
     """Write a shell script that stands for a program; return its path."""
