@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from slurrycast.analysis.coarseness import ball_points, coarseness
+from slurrycast.analysis.coarseness import (
+    ball_points,
+    coarseness,
+    mixing_deviations,
+    single_sphere_variance,
+    window_deviation,
+)
+from slurrycast.dem.recipe import sphere_volume_um3
 from structures import particles
 
 NAMES = ("A", "B", "C")
@@ -62,6 +69,50 @@ def test_random_places(window_um):
     p, both_inside = window_um**3 / np.prod(edges_um), np.prod(1 - distance_um / window_um, axis=1).mean()
     expected = np.sqrt((both_inside - p) / (n * p))
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(expected, rel=0.04)
+
+
+@pytest.mark.parametrize("window_um", [2.0, 4.0])
+def test_a_single_sphere(window_um):
+    edges_um, rng = np.array([8.0, 10.0, 9.0]), np.random.default_rng(1)
+    for radius_um in np.array([[0.3], [0.6], [1.0]]):
+        volume_um3 = sphere_volume_um3(2 * radius_um)
+        found = [
+            window_deviation(rng.random((1, 3)) * 9, np.zeros(3), edges_um, radius_um, volume_um3, window_um) ** 2
+            for _ in range(10)
+        ]
+        assert np.mean(found) == pytest.approx(single_sphere_variance(radius_um, edges_um, window_um)[0], rel=0.06)
+
+
+@pytest.mark.parametrize("window_um", [2.0, 4.0])
+def test_random_mixtures(window_um):
+    """Large spheres among small ones: in a gas, and in places of a lattice, taken at random."""
+    edges_um, rng = np.array([9.0, 8.0, 12.0]), np.random.default_rng(7)
+    sites = lattice((9.0, 8.0, 12.0), 1.0)
+    squares = []
+    for _ in range(6):
+        gas = rng.random(sites.shape) * edges_um
+        for position_um in (gas, sites):
+            large = rng.random(len(sites)) < 0.3
+            radius_um = np.where(large, 0.55, 0.35)
+            some = mixing_deviations(position_um, np.zeros(3), edges_um, radius_um, large, window_um)
+            rest = mixing_deviations(position_um, np.zeros(3), edges_um, radius_um, ~large, window_um)
+            assert some == pytest.approx(rest)  # the shares add up to 1
+            squares.append(np.square(some))
+    for found, random in np.reshape(squares, (6, 2, 2)).mean(axis=0):
+        assert found == pytest.approx(random, rel=0.15)
+
+
+def test_parted_and_ordered_mixtures():
+    edges_um = np.array([8.0, 8.0, 16.0])
+    sites = lattice((8.0, 8.0, 16.0), 0.5)
+    radius_um = np.full(len(sites), 0.25)
+    found, random = mixing_deviations(sites, np.zeros(3), edges_um, radius_um, sites[:, 2] < 8, 2.0)
+    assert found == pytest.approx(0.5 * np.sqrt(1 - 4 * 2 / (3 * 16)), rel=0.01)  # as the layers above
+    ordered, same = mixing_deviations(
+        sites, np.zeros(3), edges_um, radius_um, np.round(sites.sum(axis=1) / 0.5 - 1.5) % 2 == 0, 2.0
+    )
+    assert ordered < 0.01 * random < 0.1 * found
+    assert same == pytest.approx(random)
 
 
 def test_windows_that_do_not_fit_are_left_out():

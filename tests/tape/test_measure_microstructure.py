@@ -1,0 +1,136 @@
+"""measure_microstructure.py on the small slurry of a real DEM."""
+
+import json
+from pathlib import Path
+from subprocess import CompletedProcess
+
+import h5py
+import numpy as np
+import pytest
+
+from script_runs import run_script
+from slurrycast.analysis.microstructure import MOST_PARTICLES, void_tortuosity
+from slurrycast.analysis.structure import structure_measures
+from slurrycast.data.frames import read_frames
+from slurrycast.data.tables import read_table
+from slurrycast.runtime.costs import read_cost
+from structures import frame, particles
+
+OUTPUTS = {
+    "table": "table.csv",
+    "profile": "z.csv",
+    "pores": "pores.csv",
+    "properties": "cell.json",
+    "voxels": "image.h5",
+    "cost": "cost.json",
+}
+
+
+def measure(slurry: Path, folder: Path, **options: object) -> CompletedProcess:
+    """Run the script on the slurry with all outputs in a folder."""
+    inputs = {"structure": slurry / "frames.h5", "inputs": slurry / "inputs.json"}
+    outputs = {name: folder / file for name, file in OUTPUTS.items()}
+    return run_script("measure_microstructure", **inputs | outputs | options)
+
+
+@pytest.fixture(scope="module")
+def measured(slurry, tmp_path_factory) -> Path:
+    """Folder of the outputs of a slurry, a quarter of whose organics is solvent."""
+    folder = tmp_path_factory.mktemp("measured")
+    done = measure(slurry, folder, solvent_mass_fraction=0.25, tortuosity_spacings_um=[0.1, 0.125])
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_quantities(slurry, measured):
+    table = read_table(measured / "table.csv")
+    assert list(table.columns) == ["source", "slurry", "stage", "quantity", "value", "unit"]
+    assert {(row.source, row.slurry, row.stage) for row in table.itertuples()} == {("dem", "A", "slurry")}
+    assert table.quantity.is_unique
+    value, unit = (table.set_index("quantity")[name] for name in ("value", "unit"))
+    with read_frames(slurry / "frames.h5") as store:
+        some, (lower_um, edges_um) = store.particles, store.box(store.last)
+        expected = structure_measures(store.position_um(store.last), lower_um, edges_um, some)
+    volume_um3, organics, number = np.prod(edges_um), some.in_phase("BDPD"), {}
+    for name in some.phase_names:
+        number[name] = some.in_phase(name).sum()
+    for name in [name for name in expected if name.startswith("coordination_")]:
+        assert value[name] == pytest.approx(expected[name], rel=1e-8)
+    assert value.density == pytest.approx(expected["density_g_cm3"], rel=1e-8)
+    dry_pg = some.mass_pg[~organics].sum() + 0.75 * some.mass_pg[organics].sum()
+    assert value.green_density == pytest.approx(dry_pg / volume_um3, rel=1e-8)
+    # The same contacts, counted for each particle and for the volume.
+    between = number["NiO"] * expected["coordination_NiO-8YSZ"] / volume_um3
+    same = sum(number[name] * expected[f"coordination_{name}-{name}"] / 2 for name in ("NiO", "8YSZ")) / volume_um3
+    assert value["contacts_NiO-8YSZ"] == pytest.approx(between, rel=1e-8)
+    assert value.contacts_ceramic == pytest.approx(between + same, rel=1e-8)
+    for kind in ("nominal", "union"):
+        assert 1 - value[f"share_void_{kind}"] == pytest.approx(expected[f"packing_{kind}"], rel=1e-8)
+        shares = value[[f"share_{name}_{kind}" for name in ("NiO", "8YSZ", "organic", "void")]]
+        assert shares.sum() == pytest.approx(1, abs=1e-8)
+    assert value.share_ceramic_union < value.share_ceramic_filled < value.share_ceramic_nominal
+    assert value.share_nonceramic_filled == pytest.approx(1 - value.share_ceramic_filled)
+    assert 0 <= value.percolation_NiO_z <= 1
+    assert 0.1 < value.pore_size_d10 < value.pore_size_mean < value.pore_size_d90 < 2
+    assert (value[["tortuosity_z_0.1um", "tortuosity_z_0.125um"]] > 1.2).all()
+    assert unit[["density", "contacts_ceramic", "pore_size_mean", "share_void_union"]].tolist() == [
+        "g/cm3", "1/um3", "um", "1",
+    ]  # fmt: skip
+    assert read_cost(measured / "cost.json").particles == len(some)
+
+
+def test_profile_image_and_properties_agree(measured):
+    value = read_table(measured / "table.csv").set_index("quantity").value
+    profile = read_table(measured / "z.csv")
+    with h5py.File(measured / "image.h5") as file:
+        image, names = file["phase"][:], list(file["phase"].attrs["codes"])
+    assert names == ["void", "BDPD", "NiO", "8YSZ"]
+    for code, name in enumerate(names):
+        shares = profile[profile.phase == name].share
+        np.testing.assert_allclose(shares, np.mean(image == code, axis=(0, 1)), rtol=1e-8)
+    assert np.mean(image == 0) == pytest.approx(value.share_void_union, abs=0.01)
+    cell = json.loads((measured / "cell.json").read_text())
+    assert cell["porosity"] == pytest.approx(value.share_void_union, rel=1e-8)
+    assert cell["volume_shares"]["NiO"] == pytest.approx(value.share_NiO_union, rel=1e-8)
+    assert cell["tortuosity_factor_of_void"]["z_0.1um"] == pytest.approx(value["tortuosity_z_0.1um"], rel=1e-8)
+    assert cell["coordination"]["NiO-8YSZ"] == pytest.approx(value["coordination_NiO-8YSZ"], rel=1e-8)
+    assert cell["mean_radius_um"]["BDPD"] == pytest.approx(0.55)
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "line"),
+    [
+        ({"organic": "PVB"}, 1, "organic phase PVB: the particles are of BDPD, NiO, 8YSZ"),
+        ({"solvent_mass_fraction": 1.1}, 2, "--solvent-mass-fraction: 1.1: must be 0 to 1"),
+        ({"solvent_mass_fraction": "nan"}, 2, "nan: must be 0 to 1"),
+        ({"tortuosity_spacings_um": [0.2, 0.05]}, 2, "--tortuosity-spacings-um: 0.05: must be 0.1 to 0.5"),
+        ({"spacing_um": "x"}, 2, "--spacing-um: x: must be 0.02 to 0.5"),
+    ],
+)
+def test_bad_options_get_one_line(slurry, tmp_path, options, code, line):
+    done = measure(slurry, tmp_path, **options)
+    assert done.returncode == code
+    assert line in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.glob("*.*"))
+
+
+def test_inputs_of_another_slurry_are_refused(slurry, tmp_path):
+    other = tmp_path / "inputs.json"
+    other.write_text(json.dumps({"slurry": "B", "particles": 7}))
+    done = measure(slurry, tmp_path, inputs=other)
+    assert done.returncode == 1
+    assert "slurry A with" in done.stderr and "but the inputs are of slurry B with 7 particles" in done.stderr
+
+
+def test_of_a_large_structure_the_middle_layer_is_taken(monkeypatch):
+    # A wall with a hole in the middle of the height, and open space elsewhere.
+    edges_um = np.array([2.0, 2.0, 9.0])
+    x, y = (places.ravel() for places in np.mgrid[0.125:2:0.25, 0.125:2:0.25])
+    wall = np.stack([x, y, np.full(len(x), 4.5)], axis=1)[8:]
+    some = particles(np.ones(len(wall), dtype=int), 0.2)
+    whole = void_tortuosity(frame(0, wall - edges_um * [0.5, 0.5, 0.5], edges_um), some, 0.1)
+    monkeypatch.setattr("slurrycast.analysis.microstructure.MOST_PARTICLES", len(wall) // 3)
+    layer = void_tortuosity(frame(0, wall - edges_um * [0.5, 0.5, 0.5], edges_um), some, 0.1)
+    assert MOST_PARTICLES == 10_000
+    assert layer > 1.2 * whole > 1.2
