@@ -3,6 +3,7 @@
     snakemake --cores 2                                      demo scale, config/config.yaml
     snakemake --cores 2 --configfile config/reduced.yaml     another scale
     snakemake --cores 2 slurries                             one stage and what it needs; the targets are in this file
+    snakemake --cores 2 tapes                                what becomes of the slurries when they dry
     snakemake --cores 2 evaluation                           what the predictions are worth, on the same results
     snakemake --cores 2 convergence                          whether the time step is small enough
     snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
@@ -26,12 +27,16 @@ include: "workflow/rules/dem.smk"
 include: "workflow/rules/dataset.smk"
 include: "workflow/rules/surrogate.smk"
 include: "workflow/rules/hybrid.smk"
+include: "workflow/rules/tape/subjects.smk"
+include: "workflow/rules/tape/drying.smk"
+include: "workflow/rules/tape/microstructure.smk"
 include: "workflow/rules/analysis.smk"
 include: "workflow/rules/evaluation/subjects.smk"
 include: "workflow/rules/evaluation/noise.smk"
 include: "workflow/rules/evaluation/accuracy.smk"
 include: "workflow/rules/evaluation/cost.smk"
 include: "workflow/rules/evaluation/uncertainty.smk"
+include: "workflow/rules/evaluation/tape.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/preflight.smk"
@@ -80,6 +85,17 @@ rule microstructures:
     localrule: True
 
 
+rule tapes:
+    """Dry the slurries of each source."""
+    input:
+        lambda wildcards: tapes(rules.dry_slurry.output.dried),
+        rules.measure_drying.output.table,
+        rules.tabulate_microstructure.output.table,
+        rules.plot_drying.output.figure,
+        expand(rules.plot_tape.output.figure, slurry=with_role("test", "new")[:1]),
+    localrule: True
+
+
 rule tables:
     """Make all tables of the main job."""
     input:
@@ -90,6 +106,13 @@ rule tables:
         rules.measure_relaxation.output.table,
         rules.check_training_range.output.table if RANGE_KNOWN else [],
         rules.compare_costs.output.table,
+    localrule: True
+
+
+rule tape_evaluation:
+    """Judge whether tapes are those of the DEM."""
+    input:
+        rules.judge_tapes.output.table,
     localrule: True
 
 

@@ -12,7 +12,7 @@ import sys
 
 from slurrycast.data.frames import FrameStore, read_frames
 from slurrycast.data.tables import write_table
-from slurrycast.dem.equilibrium import END_STATE
+from slurrycast.dem.relaxation import END_STATE, unrest
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import InputError
@@ -22,20 +22,6 @@ MEASURED = (*END_STATE, "densification")
 # Below it a random start is about as dense as the structure at rest, which is then too dense: with a friction of 0.5, a
 # start at a packing fraction of 0.6 ends 5 % too dense, 1.03 times as dense as it began (docs/evaluation.md).
 LEAST_DENSIFICATION = 1.1
-
-
-def warnings(row: dict, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> list[str]:
-    """What is out of bounds at the end of a relaxation to `pressure_kpa`."""
-    found = []
-    if row["kinetic_share"] > max_kinetic_share:
-        found.append(
-            f"kinetic energy is {row['kinetic_share']:.2g} of pressure x volume, at most {max_kinetic_share:.2g} is "
-            "allowed"
-        )
-    deviation = row["pressure_kpa"] / pressure_kpa - 1
-    if abs(deviation) > pressure_within:
-        found.append(f"pressure is {100 * deviation:+.3g} % off, at most {100 * pressure_within:.3g} % is allowed")
-    return found
 
 
 def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> dict:
@@ -49,7 +35,7 @@ def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pr
         "steps": json.loads(store.attributes["relaxation"])["steps"],
         **{name: float(store.attributes[name]) for name in MEASURED},
     }
-    found = warnings(row, pressure_kpa, max_kinetic_share, pressure_within)
+    found = unrest(row, pressure_kpa, max_kinetic_share, pressure_within)
     sentences = [f"not at rest: {'; '.join(found)}"] if found else []
     if store.attributes["box_rule"] == LOOSE_PACKING.name and row["densification"] < LEAST_DENSIFICATION:
         sentences.append(

@@ -17,11 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.data.frames import read_frames, write_frames
-from slurrycast.dem.equilibrium import END_STATE
-from slurrycast.dem.forcefield import thermal_share
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
-from slurrycast.dem.recipe import mean_volume_um3, particle_types
+from slurrycast.dem.relaxation import end_state, start_temperature_k
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import moved_into_place
@@ -51,15 +49,12 @@ def main(args: Namespace) -> None:
     """Relax and write."""
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     steps, dem = args.settings["steps"], inputs["physics"]["dem"]
-    counts = np.array([t["particles"] for t in inputs["types"]])
-    volume_um3 = mean_volume_um3(particle_types(inputs["physics"]["formulation"]["phases"]), counts)
-    start_k = args.settings["start_thermal_share"] / thermal_share(1.0, dem["pressure_kpa"], volume_um3)
     variables = {
         **force_field_variables(inputs["physics"]["force_field"], dem),
         "steps": steps,
         "push_off_iterations": args.settings["push_off_iterations"],
         "pressure_damping_us": args.settings["pressure_damping_steps"] * dem["timestep_us"],
-        "start_temperature_k": max(start_k, dem["temperature_k"]),
+        "start_temperature_k": start_temperature_k(inputs, args.settings["start_thermal_share"]),
         "data": "wrapped.data",
         "coefficients": "coefficients.lmp",
         "push_off": "push_off.lmp",
@@ -89,7 +84,7 @@ def main(args: Namespace) -> None:
                 "relaxation": json.dumps(args.settings),
                 "lammps_version": log.version,
                 "densification": float(volume_before_um3 / volume_um3),
-                **{name: float(log.thermo[-1, log.columns.index(column)]) for name, column in END_STATE.items()},
+                **end_state(log, "Press"),
             }
             write_frames(args.relaxed, store.particles, [frame], attributes)
             with moved_into_place(args.relaxed_data) as part:

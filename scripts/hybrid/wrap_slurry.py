@@ -7,9 +7,8 @@ Out: a LAMMPS data file with every particle inside the box.
 import json
 
 from slurrycast.data.frames import read_frames
-from slurrycast.data.periodic import wrap
-from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.recipe import particle_types
+from slurrycast.dem.relaxation import write_wrapped
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
@@ -29,10 +28,7 @@ def main(args: Namespace) -> None:
         slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
         with measured_cost(args.cost, "wrap_slurry", surrogate, slurry) as cost:
             cost.particles = len(store.particles)
-            lower_um, edges_um = store.box(store.last)
-            position_um = wrap(store.position_um(store.last), lower_um, edges_um)
-            title = f"slurry {slurry} as predicted by {surrogate}"
-            write_data(args.wrapped, title, types, store.particles.type, position_um, lower_um, edges_um)
+            write_wrapped(args.wrapped, f"slurry {slurry} as predicted by {surrogate}", types, store)
     print(f"[{slurry}] {cost.particles} particles wrapped")
 
 

@@ -3,10 +3,11 @@
 import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from configurations import SCALES, load, shipped
+from configurations import HEADER, SCALES, load, shipped
 from slurrycast import surrogates
 from slurrycast.config.configuration import check
 from slurrycast.config.schema_errors import schema
@@ -87,6 +88,19 @@ OUT_OF_RANGE = {
     "relaxation.start_thermal_share": ("a number at least 0 and at most 0.1", [-INF, 3.0e4]),
     "relaxation.max_kinetic_share": ("a number above 0 and at most 1", [0, 1.5]),
     "relaxation.pressure_within": ("a number above 0 and at most 1", [0, 2.0]),
+    "drying.sources": ("a list of dem and labels of surrogate.names, each once; [] for none", ["dem", ["dem", "dem"]]),
+    "drying.composition_is": ("one of wet", ["dry"]),
+    "drying.solvent_mass_fraction": ("a number at least 0 and below 1", [-0.1, 1, 59.4]),
+    "drying.organics_density_g_cm3": ("a number at least 0.1 and at most 30", [0, 1100.0]),
+    "drying.stages": ("a whole number at least 1 and at most 10000", [0]),
+    "drying.steps_per_stage": ("a whole number at least 1 and at most 100000000", [0, 0.5]),
+    "drying.rest_steps": ("a whole number at least 1 and at most 100000000", [0]),
+    "drying.green_density_g_cm3": ("null or a number above 0 and at most 30", [0, "3"]),
+    "drying.wet_thickness_um": ("null or a number above 0 and at most 1000000", [0, -5.0]),
+    "drying.timestep_factor": ("a number above 0 and at most 10", [0, 11]),
+    "drying.force_field.friction": ("a number at least 0 and at most 100", [-0.5]),
+    "drying.force_field.attraction_factor": ("a number at least 0 and at most 1000", [-1]),
+    "drying.force_field.stiffness_factor": ("a number at least 0.01 and at most 1000", [0]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
     "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
@@ -146,6 +160,9 @@ def too_long(step: str, share: str, name: str, time_us: str, most_us: str, most:
     return f"{step} {share} of the {name} time {time_us} us: {limit}"
 
 
+DRY_STEP = "\ndrying.timestep_factor x dem.timestep_us = 0.0015:"  # a dry particle is smaller
+
+
 CONFLICTS = [
     ("slurries", "/none.tsv", "/none.tsv: cannot be read: No such file or directory"),
     # particles, fractions and boxes that cannot be
@@ -180,9 +197,21 @@ CONFLICTS = [
     ("dem.skin_um", 2.0, too_short("5.394", "7.3", "1.65", "2", 5)),
     # time steps
     ("dem.timestep_us", 0.0025, too_long(" = 0.0025:", "0.481", "Rayleigh", "0.005196", "0.002079", "0.4")),
-    ("dem.impact_speed_um_us", 10.0, too_long(STEP, "0.166", "Hertz", "0.01204", "0.001204", "0.1")),
-    ("dem.max_rayleigh_share", 0.2, too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001039", "0.2")),
-    (f"{HERTZ}.normal_stiffness_kpa", 5e5, too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4")),
+    (
+        "dem.impact_speed_um_us",
+        10.0,
+        too_long(STEP, "0.166", "Hertz", "0.01204", "0.001204", "0.1"),
+    ),
+    (
+        "dem.max_rayleigh_share",
+        0.2,
+        too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001039", "0.2"),
+    ),
+    (
+        f"{HERTZ}.normal_stiffness_kpa",
+        5e5,
+        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
+    ),
     ("convergence.timesteps_us", [0.001, 0.0005], f" = [0.001, 0.0005]: {WHOLE_PICOSECONDS}"),
     ("convergence.timesteps_us", [0.001, 0.0010005], f" = [0.001, 0.0010005]: {WHOLE_PICOSECONDS}"),
     (
@@ -209,6 +238,24 @@ CONFLICTS = [
     ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),
     ("learning.target_frame", 10, " = 10: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
     ("learning.target_frame", 121, " = 121: must be after the last input frame 10 and at most dem.frames - 1 = 120"),
+    # a phase that cannot dry, or a tape too thin
+    ("drying.sources", ["dem", "vgg19"], f": 'vgg19' is not known, allowed: {KNOWN}, or dem"),
+    ("drying.phase", "binder", ' = "binder": must be one of BDPD, NiO, 8YSZ; or set drying.sources: []'),
+    (
+        "drying.organics_density_g_cm3",
+        0.33,
+        " = 0.33: must be above 0.3303, or the particles of BDPD would not shrink; or set drying.sources: []",
+    ),
+    (
+        "drying.timestep_factor",
+        1.0,
+        too_long(" x dem.timestep_us = 0.002:", "0.494", "Rayleigh", "0.004046", "0.001619", "0.4"),
+    ),
+    (
+        "drying.force_field.stiffness_factor",
+        2,
+        DRY_STEP.lstrip() + too_long("", "0.524", "Rayleigh", "0.002861", "0.001144", "0.4"),
+    ),
     # surrogates, slurries and phases that do not exist or do not fit
     (TARGETS, [0.6, 0.4], " = [0.6, 0.4]: must be strictly increasing"),
     (
@@ -274,7 +321,20 @@ def place(config: dict, path: str) -> tuple[dict | list, str | int]:
 def test_bad_value(config, path, value, line):
     section, key = place(config, path)
     section[key] = value
-    assert check(config) == [line]
+    assert check(config) == line.split("\n")
+
+
+def test_a_tape_in_which_a_particle_would_touch_two_images_of_another(config):
+    """With so short a cutoff the slurry itself may be that thin."""
+    Path("flat.tsv").write_text(f"{HEADER}T\ttrain\t1\t1\t1\nF\ttest\t0.2\t0.5\t2\n")
+    config["slurries"], config["force_field"]["lennard_jones"]["cutoff_factor"] = "flat.tsv", 1.0
+    config["surrogate"]["neighbours"]["cutoff_um"] = 1.2
+    assert check(config) == [
+        "formulation.unit_mass_pg: slurry F may dry to a thickness of 1.61 um: must be above 2 um, twice the largest "
+        "diameter; or set drying.sources: []"
+    ]
+    config["drying"]["sources"] = []
+    assert check(config) == []
 
 
 @pytest.mark.parametrize(("path", "must_be"), MISSING.items())

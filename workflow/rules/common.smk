@@ -11,6 +11,7 @@ import json
 import os
 import shlex
 import sys
+import types
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir) / "scripts"))
@@ -369,5 +370,6 @@ wildcard_constraints:
     slurry="|".join(RUNS),
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
+    stage="slurry|tape",
     # no id has a hyphen; in brackets, since Snakemake ignores an empty pattern
     steps=f"(?:{'|'.join(['', *(f'-{steps}' for steps in RELAXATION_STEPS)])})",

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from slurrycast.config import dem_checks, surrogate_checks
+from slurrycast.config import dem_checks, drying_checks, surrogate_checks
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.physics import changed_physics
 from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
@@ -56,6 +56,10 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     surrogate_checks.model_of_this_run: "run surrogate.model",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
+    drying_checks.drying: (
+        "slurries formulation force_field drying dem.timestep_us dem.skin_um dem.impact_speed_um_us "
+        "dem.max_rayleigh_share dem.max_hertz_share"
+    ),
     dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }

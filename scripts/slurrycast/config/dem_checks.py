@@ -67,7 +67,7 @@ def packing(config: Mapping, _) -> Iterator[str]:
         )
 
 
-def _and_more(count: int) -> str:
+def and_more(count: int) -> str:
     """The end of a line that stands for `count` slurries."""
     return f" (and {count - 1} more slurries)" if count > 1 else ""
 
@@ -98,13 +98,13 @@ def whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str
         mass_pg, slurry_id, absent = min(lacking)
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} of {mass_pg:.6g} pg has no particle of {absent}: must be "
-            f"enough mass for one of each size class{_and_more(len(lacking))}"
+            f"enough mass for one of each size class{and_more(len(lacking))}"
         )
     if crowded:
         particles, slurry_id = max(crowded)
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} has {particles:.4g} particles: must be at most "
-            f"{MOST_PARTICLES}{_and_more(len(crowded))}"
+            f"{MOST_PARTICLES}{and_more(len(crowded))}"
         )
 
 
@@ -129,7 +129,7 @@ def box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} ends with a shortest edge of {edge_um:.4g} um: must be "
             f"above {least_um:.4g} um, twice the largest cutoff {cutoff_um:.4g} (cutoff_factor) and the skin "
-            f"{skin_um:.4g}{_and_more(len(narrow))}"
+            f"{skin_um:.4g}{and_more(len(narrow))}"
         )
 
 
@@ -141,21 +141,38 @@ def attraction(config: Mapping, _) -> Iterator[str]:
         yield f"force_field.lennard_jones.sigma_factor = {shown(sigma)}: must be below cutoff_factor = {shown(cutoff)}"
 
 
-def timestep(config: Mapping, _) -> Iterator[str]:
-    """The time step resolves the Rayleigh wave and the Hertzian contact."""
-    dem, types = config["dem"], recipe.particle_types(config["formulation"]["phases"])
-    stiffness_kpa = config["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+def long_timestep(
+    key: str, timestep_us: float, dem: Mapping, types: Sequence[recipe.ParticleType], stiffness_kpa: float
+) -> Iterator[str]:
+    """Yield a line for each of Rayleigh and Hertz time of which a time step is too large a part.
+
+    Parameters
+    ----------
+    key, timestep_us
+        The time step.
+    dem
+        Section dem, which holds the bounds.
+    types, stiffness_kpa
+        All particle types, and the normal stiffness of their contacts.
+    """
     times_us = {
         "rayleigh": forcefield.rayleigh_time_us(types, stiffness_kpa),
         "hertz": forcefield.hertz_time_us(types, stiffness_kpa, dem["impact_speed_um_us"]),
     }
     for name, time_us in times_us.items():
-        share, most = dem["timestep_us"] / time_us, dem[f"max_{name}_share"]
+        share, most = timestep_us / time_us, dem[f"max_{name}_share"]
         if share > most:
             yield (
-                f"dem.timestep_us = {shown(dem['timestep_us'])}: {share:.3g} of the {name.capitalize()} time "
-                f"{time_us:.4g} us: must be at most {most * time_us:.4g}, dem.max_{name}_share = {shown(most)} of it"
+                f"{key} = {shown(timestep_us)}: {share:.3g} of the {name.capitalize()} time {time_us:.4g} us: must be "
+                f"at most {most * time_us:.4g}, dem.max_{name}_share = {shown(most)} of it"
             )
+
+
+def timestep(config: Mapping, _) -> Iterator[str]:
+    """The time step resolves the Rayleigh wave and the Hertzian contact."""
+    types = recipe.particle_types(config["formulation"]["phases"])
+    stiffness_kpa = config["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+    yield from long_timestep("dem.timestep_us", config["dem"]["timestep_us"], config["dem"], types, stiffness_kpa)
 
 
 def barostat(config: Mapping, _) -> Iterator[str]:
@@ -253,7 +270,7 @@ def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         if alone:
             yield (
                 f"analysis.rdf_pair = {shown(pair)}: slurry {alone[0]} has 1 particle of {phase}: must be a phase with "
-                f"at least 2{_and_more(len(alone))}"
+                f"at least 2{and_more(len(alone))}"
             )
 
 

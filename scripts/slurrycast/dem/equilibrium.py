@@ -5,13 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 BAND = 0.001  # share of the last density within which a run counts as equilibrated
-# of a relaxation: attributes of the relaxed microstructure, and columns of relax.lmp
-END_STATE = {
-    "temperature_k": "Temp",
-    "temperature_rotational_k": "v_temperature_rotational_k",
-    "pressure_kpa": "Press",
-    "kinetic_share": "v_kinetic_share",
-}
 
 
 @dataclass(frozen=True)

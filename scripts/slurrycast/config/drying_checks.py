@@ -1,0 +1,78 @@
+"""Checks across keys that a schema cannot express: drying."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from slurrycast import surrogates
+from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep
+from slurrycast.config.schema_errors import shown
+from slurrycast.config.slurry_table import Slurry
+from slurrycast.dem import recipe
+from slurrycast.dem.drying import dry_force_field, dry_volume_share, drying_types
+from slurrycast.runtime.files import InputError
+
+
+def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Yield a line for each problem of the drying; none if nothing is dried.
+
+    Parameters
+    ----------
+    config
+        The configuration.
+    slurries
+        The good rows of the slurry table.
+    """
+    settings, phases = config["drying"], config["formulation"]["phases"]
+    phase, organics_g_cm3 = settings["phase"], settings["organics_density_g_cm3"]
+    if not settings["sources"]:
+        return
+    for source in settings["sources"]:
+        try:
+            surrogates.parse("affine" if source == "dem" else source)
+        except InputError as error:
+            yield f"drying.sources: {str(error).removeprefix('surrogate: ')}, or dem"
+    if phase not in phases:
+        yield f"drying.phase = {shown(phase)}: must be one of {', '.join(phases)}; or set drying.sources: []"
+        return
+    volume = dry_volume_share(phases[phase]["density_g_cm3"], settings)
+    if volume >= 1:
+        yield (
+            f"drying.organics_density_g_cm3 = {shown(organics_g_cm3)}: must be above {volume * organics_g_cm3:.4g}, "
+            f"or the particles of {phase} would not shrink; or set drying.sources: []"
+        )
+        return
+    wet = recipe.particle_types(phases)
+    dry = drying_types(wet, settings, 0.0)
+    contact = dry_force_field(config["force_field"], settings["force_field"])["granular_hertz"]
+    types, stiffness_kpa = [*wet, *dry], contact["normal_stiffness_kpa"]
+    if not any(timestep(config, slurries)):
+        timestep_us = settings["timestep_factor"] * config["dem"]["timestep_us"]
+        key = "drying.timestep_factor x dem.timestep_us"
+        yield from long_timestep(key, timestep_us, config["dem"], types, stiffness_kpa)
+    if not any(box_edges(config, slurries)):
+        yield from _thickness(config, slurries, wet, dry)
+
+
+def _thickness(
+    config: Mapping,
+    slurries: Sequence[Slurry],
+    wet: Sequence[recipe.ParticleType],
+    dry: Sequence[recipe.ParticleType],
+) -> Iterator[str]:
+    """No particle of a tape touches two periodic images of another one, which would share one contact history."""
+    formulation = config["formulation"]
+    counts = particles_per_pg(wet)
+    # the particles of a tape are packed no closer than those of the slurry
+    shrinkage = recipe.mean_volume_um3(dry, counts) / recipe.mean_volume_um3(wet, counts)
+    pg_per_unit_um3 = formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    least_um = 2 * max(t.diameter_um for t in dry)
+    thin = []
+    for slurry in slurries:
+        edges_um = recipe.box_edges_um(slurry.mass_units * pg_per_unit_um3, slurry.thickness_ratio)
+        if slurry.role != "train" and shrinkage * edges_um[2] <= least_um:
+            thin.append((shrinkage * edges_um[2], slurry.id))
+    if thin:
+        thickness_um, slurry_id = min(thin)
+        yield (
+            f"formulation.unit_mass_pg: slurry {slurry_id} may dry to a thickness of {thickness_um:.4g} um: must be "
+            f"above {least_um:.4g} um, twice the largest diameter{and_more(len(thin))}; or set drying.sources: []"
+        )

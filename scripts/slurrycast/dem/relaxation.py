@@ -1,0 +1,88 @@
+"""What relaxing a slurry and drying it have in common: how a structure gets into LAMMPS, its start and its end."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from slurrycast.data.frames import FrameStore
+from slurrycast.data.periodic import wrap
+from slurrycast.dem.forcefield import thermal_share
+from slurrycast.dem.lammps_data import write_data
+from slurrycast.dem.lammps_log import Log
+from slurrycast.dem.recipe import ParticleType, mean_volume_um3, particle_types
+
+# attributes of a structure at the end of its run
+END_STATE = ("temperature_k", "temperature_rotational_k", "pressure_kpa", "kinetic_share")
+
+
+def write_wrapped(path: Path, title: str, types: Sequence[ParticleType], store: FrameStore) -> None:
+    """Write the last frame of a store as a LAMMPS data file, with every particle inside the box.
+
+    Parameters
+    ----------
+    path, title
+        The file, and the words at the start of its first line.
+    types
+        All particle types.
+    store
+        The structure.
+    """
+    lower_um, edges_um = store.box(store.last)
+    position_um = wrap(store.position_um(store.last), lower_um, edges_um)
+    write_data(path, title, types, store.particles.type, position_um, lower_um, edges_um)
+
+
+def start_temperature_k(inputs: Mapping, start_thermal_share: float) -> float:
+    """Set point at which the thermostat starts: that of the DEM if `start_thermal_share` asks for less.
+
+    Parameters
+    ----------
+    inputs
+        Content of inputs.json.
+    start_thermal_share
+        k T over pressure x mean volume of a particle.
+    """
+    dem, counts = inputs["physics"]["dem"], np.array([t["particles"] for t in inputs["types"]])
+    volume_um3 = mean_volume_um3(particle_types(inputs["physics"]["formulation"]["phases"]), counts)
+    start_k = start_thermal_share / thermal_share(1.0, dem["pressure_kpa"], volume_um3)
+    return max(start_k, dem["temperature_k"])
+
+
+def end_state(log: Log, pressure: str) -> dict[str, float]:
+    """How a run ended, as attributes of its structure: the last row of the log.
+
+    Parameters
+    ----------
+    log
+        That of relax.lmp or dry.lmp.
+    pressure
+        Column with the pressure that the barostat controls.
+    """
+    columns = ("Temp", "v_temperature_rotational_k", pressure, "v_kinetic_share")  # as in END_STATE
+    last = dict(zip(log.columns, log.thermo[-1], strict=True))
+    return {name: float(last[column]) for name, column in zip(END_STATE, columns, strict=True)}
+
+
+def unrest(row: Mapping, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> list[str]:
+    """What is out of bounds at the end of a run to `pressure_kpa`.
+
+    Parameters
+    ----------
+    row
+        kinetic_share and pressure_kpa at the end.
+    pressure_kpa
+        Pressure of the barostat.
+    max_kinetic_share, pressure_within
+        Largest kinetic energy over pressure x volume, and largest relative deviation of the pressure.
+    """
+    found = []
+    if row["kinetic_share"] > max_kinetic_share:
+        found.append(
+            f"kinetic energy is {row['kinetic_share']:.2g} of pressure x volume, at most {max_kinetic_share:.2g} is "
+            "allowed"
+        )
+    deviation = row["pressure_kpa"] / pressure_kpa - 1
+    if abs(deviation) > pressure_within:
+        found.append(f"pressure is {100 * deviation:+.3g} % off, at most {100 * pressure_within:.3g} % is allowed")
+    return found

@@ -1,0 +1,113 @@
+"""The tape: an equilibrated slurry dries.
+
+REQUIRED INPUTS:
+    frames/{slurry}.h5 where {source} is dem, hybrid/{source}/{slurry}/relaxed.h5 where it is a surrogate
+    dem/{slurry}/inputs.json
+    config[drying], config[relaxation]
+
+OUTPUTS:
+    tape/{source}/{slurry}/dried.data, dried.h5, drying.csv
+"""
+
+
+rule dry_slurry:
+    """Let the solvent leave a slurry in stages, and the tape come to rest."""
+    input:
+        **code("tape/dry_slurry"),
+        lammps=lammps_scripts("dry"),
+        structure=equilibrated,
+        inputs=rules.generate_inputs.output.inputs,
+    output:
+        data=f"{RESULTS}/tape/{{source}}/{{slurry}}/dried.data",
+        dried=f"{RESULTS}/tape/{{source}}/{{slurry}}/dried.h5",
+        table=f"{RESULTS}/tape/{{source}}/{{slurry}}/drying.csv",
+        cost=f"{RESULTS}/costs/dry_slurry/{{source}}/{{slurry}}.json",
+    log:
+        f"{RESULTS}/logs/dry_slurry/{{source}}/{{slurry}}.log",
+    conda:
+        "../../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    resources:
+        **LAMMPS_JOB,
+        mem_mb=slurry_mb,
+        runtime=drying_minutes,
+    params:
+        settings=section(drying_settings()),
+        work=lambda wildcards: f"{RESULTS}/tape/{wildcards.source}/{wildcards.slurry}/work",
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --inputs {input.inputs:q} --settings {params.settings:q}"
+        " --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --dried-data {output.data:q} --dried {output.dried:q} --table {output.table:q} --cost {output.cost:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule measure_drying:
+    """Measure how near to rest each tape is at its end."""
+    input:
+        **code("tape/measure_drying"),
+        dried=lambda wildcards: tapes(rules.dry_slurry.output.dried),
+    output:
+        table=reported("tables/drying_ends.csv", "drying_ends", "Tape", table="rest at the end of the drying"),
+    log:
+        f"{RESULTS}/logs/measure_drying.log",
+    localrule: True
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        pressure_kpa=config["dem"]["pressure_kpa"],
+        max_kinetic_share=config["relaxation"]["max_kinetic_share"],
+        pressure_within=config["relaxation"]["pressure_within"],
+    shell:
+        "python {input.script:q} --dried {input.dried:q} --pressure-kpa {params.pressure_kpa}"
+        " --max-kinetic-share {params.max_kinetic_share} --pressure-within {params.pressure_within}"
+        " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
+
+
+rule plot_drying:
+    """Draw thickness and density while the solvent leaves."""
+    input:
+        **code("tape/plot_drying"),
+        drying=lambda wildcards: tapes(rules.dry_slurry.output.table),
+    output:
+        figure=reported("figures/drying.png", "drying_figure", "Tape", figure="drying"),
+    log:
+        f"{RESULTS}/logs/plot_drying.log",
+    localrule: True
+    conda:
+        "../../../envs/analysis.yaml"
+    params:
+        sources=lambda wildcards, input: [Path(table).parts[-3] for table in input.drying],
+    shell:
+        "python {input.script:q} --sources {params.sources:q} --drying {input.drying:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
+
+
+rule calibrate_drying:
+    """Find the friction at which a tape has the measured green density."""
+    input:
+        **code("tape/calibrate_drying"),
+        lammps=lammps_scripts("dry"),
+        structure=lambda wildcards: equilibrated(calibration_tape()),
+        inputs=lambda wildcards: expand(rules.generate_inputs.output.inputs, slurry=calibration_tape().slurry),
+    output:
+        table=reported("tables/drying_calibration.csv", "drying_calibration", "Tape", table="calibration of the drying"),
+    log:
+        f"{RESULTS}/logs/calibrate_drying.log",
+    conda:
+        "../../../envs/dem.yaml"
+    threads: config["dem"]["ranks"]
+    resources:
+        **LAMMPS_JOB,
+        mem_mb=lambda wildcards, attempt: slurry_mb(calibration_tape(), attempt),
+        runtime=lambda wildcards, attempt: 9 * drying_minutes(calibration_tape(), attempt),
+    params:
+        settings=section(drying_settings()),
+        green_density_g_cm3=config["drying"]["green_density_g_cm3"],
+        work=f"{RESULTS}/tape/calibration_work",
+    shell:
+        "python {input.script:q} --structure {input.structure:q} --inputs {input.inputs:q} --settings {params.settings:q}"
+        " --green-density-g-cm3 {params.green_density_g_cm3} --work {params.work:q}"
+        " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
+        " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"

@@ -1,0 +1,77 @@
+"""What is dried and measured: slurries, sources and settings, or an error for targets that need what is not there.
+
+REQUIRED INPUTS:
+    config[drying], config[relaxation], the slurry table
+
+OUTPUTS: functions
+"""
+
+
+def equilibrated(wildcards):
+    """The slurry that is dried: the DEM's, or one that a surrogate predicted and that was relaxed."""
+    if wildcards.source == "dem":
+        return f"{RESULTS}/frames/{wildcards.slurry}.h5"
+    return f"{RESULTS}/hybrid/{wildcards.source}/{wildcards.slurry}/relaxed.h5"
+
+
+def drying_settings():
+    """Settings of a drying: of its section those that it depends on, and what it shares with the relaxation."""
+    shared = ("pressure_damping_steps", "start_thermal_share")
+    others = ("sources", "wet_thickness_um", "green_density_g_cm3")
+    settings = {key: value for key, value in config["drying"].items() if key not in others}
+    return settings | {key: config["relaxation"][key] for key in shared}
+
+
+def drying_minutes(wildcards, attempt):
+    """Walltime of a drying in minutes."""
+    settings = config["drying"]
+    steps = settings["stages"] * settings["steps_per_stage"] + settings["rest_steps"]
+    return lammps_minutes(wildcards, steps, attempt)
+
+
+def dried_slurries(source):
+    """Slurries that are dried; the DEM of one of role `new` does not run to its end."""
+    return with_role("test") if source == "dem" else with_role("test", "new")
+
+
+def sources_of(slurry):
+    """Sources of the tapes of a slurry."""
+    return [source for source in DRIED if slurry in dried_slurries(source)]
+
+
+# Those that this run has. Whether the main job dries anything: there are sources and slurries for them.
+DRIED = [source for source in config["drying"]["sources"] if source in ["dem", *SURROGATES]]
+HAS_TAPES = any(map(dried_slurries, DRIED))
+
+
+def microstructure_options(wildcards):
+    """Options of measure_microstructure; diffusion is solved only for the first tapes, as it takes long."""
+    drying, settings = config["drying"], config["microstructure"]
+    options = ["--organic", drying["phase"], "--spacing-um", settings["spacing_um"]]
+    if wildcards.stage == "slurry":
+        return [*options, "--solvent-mass-fraction", drying["solvent_mass_fraction"]]
+    if drying["wet_thickness_um"] is not None:
+        options += ["--wet-thickness-um", drying["wet_thickness_um"]]
+    if wildcards.slurry in dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]:
+        options += ["--tortuosity-spacings-um", *settings["tortuosity_spacings_um"]]
+    return options
+
+
+def tapes(path, **wildcards):
+    """Outputs `path` for every source and every slurry that is dried; an error if there are none."""
+    if not HAS_TAPES:
+        raise WorkflowError(
+            f"drying.sources = {section(config['drying']['sources'])}: must be at least one of "
+            f"{', '.join(['dem', *SURROGATES])} with a slurry of role test for this target"
+        )
+    return [
+        tape for source in DRIED for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
+    ]
+
+
+def calibration_tape():
+    """Source and slurry of the tape that the friction is calibrated on, the first one, as wildcards."""
+    if config["drying"]["green_density_g_cm3"] is None:
+        raise WorkflowError("drying.green_density_g_cm3 = null: must be the measured green density for this target")
+    source, slurry = tapes("{source} {slurry}")[0].split(" ")
+    return types.SimpleNamespace(source=source, slurry=slurry)
