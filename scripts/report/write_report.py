@@ -35,6 +35,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--roles", "JSON: role of every slurry by its id, in the order of the table", type=json.loads)
     parser.add_input("--density", "tables/density_volume.csv")
     parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
+    parser.add_input("--microstructure", "tables/microstructure.csv; none where nothing is dried", required=False)
     parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
     parser.add_tables("speedup")
@@ -62,6 +63,7 @@ def main(args: Namespace) -> None:
         rdf_errors=read_table(args.rdf_errors),
         equilibrium=read_equilibrium(args.equilibrium),
         relaxation_ends=read_table(args.relaxation_ends),
+        microstructure=read_table(args.microstructure) if args.microstructure else None,
         training_range=read_table(args.training_range) if args.training_range else None,
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),

@@ -201,6 +201,7 @@ def results(tmp_path, model, history) -> Results:
         rdf_errors=rdf_errors,
         equilibrium=equilibrium,
         relaxation_ends=relaxation_ends,
+        microstructure=None,
         training_range=training_range,
         costs=costs,
         speedup=speedup_table(surrogates),

@@ -35,7 +35,7 @@ def run(code: str, *arguments: object) -> str:
     ("stages", "heavy"),
     [
         (["dem", "dataset", "surrogate", "hybrid"], HEAVY | {"pandas"}),
-        (["analysis", "evaluation", "report", "studies"], HEAVY),
+        (["analysis", "evaluation", "report", "studies", "tape"], HEAVY),
     ],
 )
 def test_scripts_that_draw_nothing_import_nothing_heavy(root, stages, heavy):

@@ -35,7 +35,7 @@ FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("con
 @pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
     further = [] if scale.startswith(("size", "recipe")) else ["evaluation", "convergence"]
-    done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
+    done = plan(f"config/{scale}.yaml", "all", "tapes", *further, python=("-X", "importtime"))
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
     assert "snakemake" in imported
@@ -161,6 +161,34 @@ def test_bounds_at_the_end_of_a_relaxation_do_not_repeat_it(tmp_path):
     assert "--max-kinetic-share 0.0123 --pressure-within 0.0456" in of_script["measure_relaxation.py"]
     settings = json.loads(re.search(r"--settings '(.*?)'", of_script["relax_slurry.py"])[1])
     assert settings.keys() == load("config")["relaxation"].keys() - bounds.keys()
+
+
+def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
+    """The DEM of a slurry of role `new` does not run to the end; bounds at the end do not repeat a drying."""
+    rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]
+    table = write_slurries(tmp_path / "slurries.tsv", rows)
+    drying = {"sources": ["dem", "affine"]}
+    done = plan(own(tmp_path, slurries=table, drying=drying, relaxation={"pressure_within": 0.0456}), "tapes")
+    assert done.returncode == 0, done.stdout + done.stderr
+    dried = dict(re.findall(r"dry_slurry.py --structure (\S+) .* --dried \S*/tape/(\S+)/dried.h5", done.stdout))
+    run = f"results/plan_{tmp_path.name}"
+    of_dem = {f"{run}/frames/{slurry}.h5": f"dem/{slurry}" for slurry in ("1",)}
+    of_affine = {f"{run}/hybrid/affine/{slurry}/relaxed.h5": f"affine/{slurry}" for slurry in ("1", "N1")}
+    assert dried == of_dem | of_affine
+    assert "--pressure-within 0.0456" in done.stdout
+    (settings,) = set(re.findall(r"dry_slurry.py .*--settings '(.*?)'", done.stdout))
+    shared = {"pressure_damping_steps", "start_thermal_share"}
+    others = {"sources", "wet_thickness_um", "green_density_g_cm3"}  # no drying depends on them
+    assert json.loads(settings).keys() == (load("config")["drying"].keys() | shared) - others
+
+
+@pytest.mark.parametrize("sources", ["[]", '["linear"]'])
+def test_sources_that_cannot_be_dried(tmp_path, sources):
+    config = own(tmp_path, drying={"sources": json.loads(sources)}, surrogate={"names": ["affine"]})
+    done = plan(config, "tapes")
+    assert done.returncode == 1
+    said = f"drying.sources = {sources}: must be at least one of dem, affine with a slurry of role test for this target"
+    assert said in done.stdout + done.stderr
 
 
 def write_slurries(path: Path, rows: list[tuple[str, str]]) -> str:

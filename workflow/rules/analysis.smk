@@ -197,6 +197,15 @@ rule collect_costs:
                 surrogate=SURROGATES,
                 slurry=PREDICTED,
             ),
+            *(tapes(f"{RESULTS}/costs/dry_slurry/{{source}}/{{slurry}}.json") if HAS_TAPES else []),
+            *(
+                tapes(
+                    f"{RESULTS}/costs/measure_microstructure/{{source}}/{{slurry}}_{{stage}}.json",
+                    stage=["slurry", "tape"],
+                )
+                if HAS_TAPES
+                else []
+            ),
             rules.measure_equilibrium.output.cost,
             rules.measure_relaxation.output.cost,
             *([rules.check_training_range.output.cost] if RANGE_KNOWN else []),

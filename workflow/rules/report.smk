@@ -253,6 +253,7 @@ rule write_report:
         rdf_errors=rules.compare_rdf.output.table,
         equilibrium=rules.measure_equilibrium.output.table,
         relaxation_ends=rules.measure_relaxation.output.table,
+        microstructure=rules.tabulate_microstructure.output.table if HAS_TAPES else [],
         training_range=rules.check_training_range.output.table if RANGE_KNOWN else [],
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
@@ -267,6 +268,8 @@ rule write_report:
             rules.plot_density.output.figure,
             rules.plot_rdf.output.figure,
             *([rules.plot_costs.output.figure] if TRACKED or HELD_OUT else []),
+            *([rules.plot_drying.output.figure] if HAS_TAPES else []),
+            *expand(rules.plot_tape.output.figure, slurry=with_role("test", "new")[:1] if HAS_TAPES else []),
         ],
     output:
         report=reported("report.html", "report", "Report"),
@@ -279,9 +282,12 @@ rule write_report:
         roles=section({id: slurry.role for id, slurry in SLURRIES.items()}),
         surrogates=SURROGATES,
         left_out=LEFT_OUT,
-        training_range=lambda wildcards, input: (
-            ["--training-range", input.training_range] if input.training_range else []
-        ),
+        optional=lambda wildcards, input: [
+            word
+            for name in ("microstructure", "training_range")
+            if input[name]
+            for word in (f"--{name.replace('_', '-')}", input[name])
+        ],
         models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.models)],
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
@@ -290,7 +296,7 @@ rule write_report:
         " --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --relaxation-ends"
         " {input.relaxation_ends:q} --cost-table {input.cost:q} --speedup {input.speedup:q}"
-        " {params.training_range:q} --surrogates {params.surrogates:q} --models"
+        " {params.optional:q} --surrogates {params.surrogates:q} --models"
         " {params.models:q} --histories {params.histories:q} --figures {input.figures:q} --report {output.report:q}"
         " 2>&1 | tee {log:q}"
 

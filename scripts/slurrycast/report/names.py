@@ -63,6 +63,42 @@ def measure_name(measure: str) -> str:
     return quantity_name(measure).removesuffix(" (g/cm³)").removeprefix("share with ")
 
 
+TAPE_NAMES = {
+    "green_density": "green density",
+    "shrinkage": "shrinkage of the thickness",
+    "thickness": "thickness",
+    "share_ceramic_union": "ceramic share",
+    "share_organic_union": "organic share",
+    "share_void_union": "void",
+    "share_ceramic_filled": "ceramic share, organics in the void",
+    "contacts_ceramic": "contacts between ceramics",
+}
+TAPE_KINDS = {"contacts": "contacts", "percolation": "percolation", "coordination": "coordination"}
+
+
+def tape_quantity(quantity: str, unit: str) -> str:
+    """Name of a quantity of tables/microstructure.csv with its unit."""
+    kind, _, rest = quantity.partition("_")
+    if quantity in TAPE_NAMES:
+        name = TAPE_NAMES[quantity]
+    elif quantity.startswith("pore_size_"):
+        name = f"pore size, {quantity.removeprefix('pore_size_')}"
+    elif quantity.startswith("ceramic_share_sd_"):
+        random, _, window = quantity.removeprefix("ceramic_share_sd_").rpartition("_")
+        name = f"sd of the ceramic share in {window.removesuffix('um')} µm" + (", random mixture" if random else "")
+    elif quantity.startswith("tortuosity_z_"):
+        name = (
+            f"tortuosity factor of the void, voxels of {quantity.removeprefix('tortuosity_z_').removesuffix('um')} µm"
+        )
+    elif kind == "percolation":
+        phase, _, axis = rest.rpartition("_")
+        name = f"percolation, {phase} along {axis}"
+    else:
+        name = f"{TAPE_KINDS.get(kind, kind)}, {pair_name(rest)}"
+    units = {"1": "", "g/cm3": " (g/cm³)", "1/um3": " (1/µm³)", "um": " (µm)"}
+    return name + units.get(unit, f" ({unit})")
+
+
 def column_name(column: str) -> str:
     """Name of a table's column with its unit in brackets: "validation mse (µm²)" of `validation_mse_um2`."""
     for ending, unit in UNITS.items():

@@ -34,6 +34,7 @@ class Results:
     rdf_errors: pd.DataFrame
     equilibrium: pd.DataFrame
     relaxation_ends: pd.DataFrame
+    microstructure: pd.DataFrame | None  # None where nothing is dried
     training_range: pd.DataFrame | None  # None without training slurries, and where none would leave it
     costs: pd.DataFrame
     speedup: pd.DataFrame

@@ -2,7 +2,13 @@
 
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.verdicts import RDF_BAND
-from slurrycast.report import comparison_statistics, evaluation_statistics, statistics, verdict_statistics
+from slurrycast.report import (
+    comparison_statistics,
+    evaluation_statistics,
+    statistics,
+    tape_statistics,
+    verdict_statistics,
+)
 from slurrycast.report.evaluation_results import Evaluation
 from slurrycast.report.page import page_html
 from slurrycast.report.results import Results
@@ -22,6 +28,7 @@ def report_html(results: Results) -> str:
         }
         if results.compared
         else None,
+        "tape": tape_statistics.tapes(results),
         "new_slurries": comparison_statistics.new_slurries(results),
         "relaxation": comparison_statistics.relaxation_ends(results),
         "costs": comparison_statistics.costs(results),

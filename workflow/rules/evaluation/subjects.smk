@@ -51,3 +51,9 @@ def structure_options(wildcards):
         return {"dem": f"{RESULTS}/frames/{slurry}.h5"}
     folder = f"{RESULTS}/hybrid/{source}/{slurry}"
     return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
+
+
+def replicas():
+    """Ids of the replicas; an error, only for targets that need them, if there are none."""
+    replicated()
+    return list(REPLICAS)
