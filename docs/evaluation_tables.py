@@ -31,6 +31,7 @@ RECIPES = {
 SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, dense": "`direct` from 0.6"}
 
 
+NETWORK_SIZE = f"{reference_article.PARAMETERS / 1e6:.1f} M"
 FITS = ("linear", "vgg16", "linear_box", "vgg16_box")  # a network behind the fit with the same target
 
 
@@ -49,26 +50,27 @@ def training() -> pd.DataFrame:
     folder = REFERENCE / "reduced"
     config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
     cost = read_result("reduced", "cost")
-    samples = cost[cost.slurry.isin(slurries("reduced", "train")) & (cost.stage == "extract_frames")].particles.sum()
-    samples *= 1 - config["learning"]["validation_share"]
+    samples = cost[cost.slurry.isin(slurries("reduced", "train")) & (cost.stage == "generate_inputs")].particles.sum()
+    trained_on = 1 - config["learning"]["validation_share"]
     rows = []
     for label in FITS:
         fit = folder / "models" / label / "model.json"
         if fit.exists():
             model = json.loads(fit.read_text(encoding="utf-8"))
             losses = (model["training_mse_um2"], model["validation_mse_um2"])
-            rows.append((label, len(model["coefficients"]), MISSING, MISSING, *losses))
+            rows.append((f"`{label}`", str(len(model["coefficients"])), MISSING, MISSING, *losses))
             continue
         history = pd.read_csv(folder / "models" / label / "history.csv")
-        updates = len(history) * math.ceil(samples / config["surrogate"][label]["batch_size"])
+        updates = len(history) * math.ceil(trained_on * samples / config["surrogate"][label]["batch_size"])
         best = history.loc[history.val_loss.idxmin()]
         epochs = f"{best.epoch:.0f} of {len(history)}"
-        rows.append((label, reference_article.PARAMETERS, f"{updates:,}", epochs, history.loss.min(), best.val_loss))
+        losses = (history.loss.min(), best.val_loss)
+        rows.append((f"`{label}`", NETWORK_SIZE, f"{updates:,}", epochs, *losses))
+    updates = reference_article.EPOCHS * math.ceil(0.8 * reference_article.SAMPLES / reference_article.BATCH_SIZE)
+    rows.append(("reference article", NETWORK_SIZE, f"{updates:,}", MISSING, math.nan, math.nan))
     table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", "training", "validation"])
-    errors = {f"{kind} error (µm²)": table.pop(kind).map("{:.4f}".format) for kind in ("training", "validation")}
-    return table.assign(
-        surrogate="`" + table.surrogate + "`", coefficients=table.coefficients.map("{:,}".format), **errors
-    )
+    errors = {f"{kind} error (µm²)": table.pop(kind) for kind in ("training", "validation")}
+    return table.assign(**{name: values.map("{:.4f}".format, na_action="ignore") for name, values in errors.items()})
 
 
 def surrogates_small() -> pd.DataFrame:

@@ -4,7 +4,7 @@ import math
 
 import pandas as pd
 
-from reference_results import MISSING, by_slurry, growth, read_result
+from reference_results import by_slurry, growth, read_result
 
 
 def neighbours_uncertainty() -> pd.DataFrame:

@@ -9,9 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+import evaluation_tables
 import tables
 from configurations import ROOT
-from reference_results import REFERENCE, by_slurry, read_result, relaxed
+from reference_results import REFERENCE, by_slurry, read_result, relaxed, verdicts
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -75,9 +76,16 @@ def test_links_and_paths_lead_somewhere_and_lines_are_short(page):
 def test_conclusions_at_reduced_scale():
     """What README.md and docs/evaluation.md conclude from their tables."""
     skill, errors = by_slurry("reduced", "skill", "skill"), relaxed("reduced")
-    assert skill.vgg16.max() < skill.vgg16_box.min() < skill.vgg16_box.max() < 0 < skill.early_dem_x2.min()
+    assert skill.vgg16.max() < skill.vgg16_box.min() < skill.vgg16_box.max() < 0
+    assert skill[["linear", "linear_box"]].min(axis=None) > 0 and skill.linear_box.max() < skill.early_dem_x2.min()
     assert errors.density_error.max() < 0.01
-    assert errors.rdf_ratio.max() < 1.2
+    assert errors.rdf_ratio.max() < 1.25
+    judged = verdicts("reduced")
+    differs = judged[judged.verdict == "differs"]
+    assert list(zip(differs.surrogate, differs.measure, strict=True)) == [("early_dem_x2", "density_g_cm3")]
+    assert by_slurry("reduced", "front", "cost_share_of_full_dem").direct.mean() < 1 / 12
+    trained = evaluation_tables.training().set_index("surrogate")["training error (µm²)"].astype(float)
+    assert trained["`linear`"] < trained["`vgg16`"]
     ablation = pd.read_csv(REFERENCE / "ablation" / "ablation.csv").set_index("surrogate")
     box, blind = ablation.loc["vgg16_box"], ablation.loc["vgg16_box_nobox"]
     assert box.best_val_loss_um2 < blind.best_val_loss_um2 < ablation.best_val_loss_um2["affine"]
@@ -90,21 +98,21 @@ def test_conclusions_at_reduced_scale():
 def test_conclusions_on_neighbours():
     """What README.md and docs/neighbours.md conclude from their tables."""
     skill, cost = by_slurry("small", "skill", "skill"), by_slurry("small", "front", "cost_share_of_full_dem")
-    assert (skill.neighbours > skill.early_dem_x2).all() and (skill.neighbours > 0).all()
-    assert (cost.neighbours < cost.early_dem_x2).all()
+    assert (skill.neighbours > 0).all()
     means, shares = skill.mean(), cost.mean()
-    assert means.driven_dem < means.neighbours < means.affine_f24 < means.driven_dem_f24
+    assert means.driven_dem < means.neighbours < means.affine_f24
     assert shares.driven_dem < 0.7 * shares.neighbours
-    assert (abs(shares[["affine_f24", "driven_dem_f24"]] - shares.neighbours) < 0.01).all()
+    assert abs(shares.affine_f24 - shares.neighbours) < 0.01
     early, paid = (
         by_slurry("start", table, column).mean()
         for table, column in (("skill", "skill"), ("front", "cost_share_of_full_dem"))
     )
-    for frame in ("_f02", "_f04", "_f06", "", "_f18"):
+    for frame in ("_f02", "_f06", "", "_f18"):
         assert early[f"affine{frame}"] < early[f"neighbours{frame}"] < early[f"driven_dem{frame}"]
         assert paid[f"driven_dem{frame}"] < paid[f"neighbours{frame}"]
-    start = relaxed("start").groupby("surrogate").mean()
-    assert (start.density_in_sd < 2).all() and (start.rdf_ratio < 1.1).all()
+    judged = verdicts("start").set_index("measure")
+    assert set(judged.verdict["density_g_cm3"]) == {"equivalent"}
+    assert (relaxed("start").rdf_ratio.groupby("surrogate").mean() < 1.1).all()
 
 
 def test_the_affine_error_of_one_slurry_can_be_computed_anew():

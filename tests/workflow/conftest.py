@@ -24,6 +24,6 @@ def results(project) -> Path:
 
 @pytest.fixture(scope="session")
 def evaluation(project, results) -> Path:
-    """The same results with the evaluation and the study of the time step, made after the main job."""
-    snakemake(project, "evaluation", "convergence", *TINY)
+    """The same results with the evaluation, also of tapes, and the study of the time step, made after the main job."""
+    snakemake(project, "evaluation", "convergence", "tapes", "tape_evaluation", *TINY)
     return results

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from configurations import HEADER, ROOT, SCALES, load
+from configurations import HEADER, ROOT, SCALES, load, shipped
 
 
 def plan(scale: Path | str, *arguments: str, python: tuple[str, ...] = ()) -> subprocess.CompletedProcess:
@@ -35,7 +35,9 @@ FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("con
 @pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
     further = [] if scale.startswith(("size", "recipe")) else ["evaluation", "convergence"]
-    done = plan(f"config/{scale}.yaml", "all", "tapes", *further, python=("-X", "importtime"))
+    if shipped(scale)["drying"]["sources"]:
+        further += ["tapes", "tape_evaluation"] if further else ["tapes"]
+    done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
     assert "snakemake" in imported
@@ -121,7 +123,7 @@ PHASES = {"B": PHASE | {"mass_fraction": 0.7}, "A": PHASE | {"mass_fraction": 0.
 
 @pytest.mark.parametrize("pair", [["A", "B"], None])
 def test_phases_of_a_recipe_replace_those_of_the_default(tmp_path, pair):
-    recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}}
+    recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}, "drying": {"phase": "A"}}
     recipe["formulation"] |= {"phases": PHASES, "expected_density_g_cm3": 1.8}
     path = tmp_path / "recipe.yaml"
     path.write_text(yaml.safe_dump(recipe | ({"analysis": {"rdf_pair": pair}} if pair else {}), sort_keys=False))

@@ -32,9 +32,10 @@ ALL_TRACKED = [label for label in [*SURROGATES, *FURTHER] if label not in FROM_R
 TINY = ("--configfile", "config/tiny.yaml")
 # Tables of a second run; what is drawn or reported from tables is left out.
 SECOND_RUN = ["density_volume", "coordinate_errors", "rdf_errors", "equilibrium", "training_range", "noise", "skill"]
-SECOND_RUN += ["structure_errors", "verdicts", "ablation", "uncertainty", "relaxation_ends"]
+SECOND_RUN += ["structure_errors", "verdicts", "ablation", "uncertainty", "relaxation_ends", "microstructure"]
+SECOND_RUN += ["drying_ends", "tape_errors", "tape_verdicts"]
 # Each of these is there for every slurry, surrogate or table.
-FOLDERS = {"dem", "frames", "dataset", "models", "hybrid", "rdf", "perturbed", "structure", "tables"}
+FOLDERS = {"dem", "frames", "dataset", "models", "hybrid", "rdf", "perturbed", "structure", "tables", "tape"}
 # Seconds derive from seconds, like those of OF_TIME.
 TIMED = ["cost", "speedup", "front", "equal_cost", "cost_scaling", "article_costs", "relaxation"]
 TIMED += ["timestep", "timestep_summary"]
@@ -257,7 +258,9 @@ def test_evaluation_page(evaluation):
 
 
 def test_nothing_to_do_on_the_second_run(project, evaluation):
-    assert "Nothing to be done" in snakemake(project, "all", "evaluation", "convergence", *TINY)
+    assert "Nothing to be done" in snakemake(
+        project, "all", "evaluation", "convergence", "tapes", "tape_evaluation", *TINY
+    )
 
 
 def test_edited_code_reruns_what_uses_it_and_never_a_dem(project, results):
