@@ -24,7 +24,9 @@ MEASURED = (*END_STATE, "densification")
 LEAST_DENSIFICATION = 1.1
 
 
-def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pressure_within: float) -> dict:
+def end_row(
+    store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pressure_within: float, temperature_k: float
+) -> dict:
     """Row of the table for one relaxed structure. InputError if it does not say how its relaxation ended."""
     missing = [name for name in MEASURED if name not in store.attributes]
     if missing:
@@ -35,7 +37,7 @@ def end_row(store: FrameStore, pressure_kpa: float, max_kinetic_share: float, pr
         "steps": json.loads(store.attributes["relaxation"])["steps"],
         **{name: float(store.attributes[name]) for name in MEASURED},
     }
-    found = unrest(row, pressure_kpa, max_kinetic_share, pressure_within)
+    found = unrest(row, pressure_kpa, max_kinetic_share, pressure_within, temperature_k)
     sentences = [f"not at rest: {'; '.join(found)}"] if found else []
     if store.attributes["box_rule"] == LOOSE_PACKING.name and row["densification"] < LEAST_DENSIFICATION:
         sentences.append(
@@ -51,6 +53,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--pressure-kpa", "pressure of the barostat", type=float)
     parser.add_value("--max-kinetic-share", "kinetic energy over pressure x volume above which to warn", type=float)
     parser.add_value("--pressure-within", "relative deviation of the pressure above which to warn", type=float)
+    parser.add_value("--temperature-k", "set point of the thermostat", type=float, default=0.0)
     parser.add_output("--table", "table of all relaxations (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
 
@@ -61,7 +64,8 @@ def main(args: Namespace) -> None:
         rows = []
         for path in args.relaxed:
             with read_frames(path) as store:
-                rows.append(end_row(store, args.pressure_kpa, args.max_kinetic_share, args.pressure_within))
+                bounds = (args.pressure_kpa, args.max_kinetic_share, args.pressure_within, args.temperature_k)
+                rows.append(end_row(store, *bounds))
             if rows[-1]["warning"]:
                 print("warning: {surrogate}, slurry {slurry}: {warning}".format(**rows[-1]), file=sys.stderr)
         write_table(args.table, rows)

@@ -23,6 +23,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--pressure-kpa", "pressure of the barostat", type=float)
     parser.add_value("--max-kinetic-share", "kinetic energy over pressure x volume above which to warn", type=float)
     parser.add_value("--pressure-within", "relative deviation of the pressure above which to warn", type=float)
+    parser.add_value("--temperature-k", "set point of the thermostat", type=float, default=0.0)
     parser.add_output("--table", "table of all tapes (CSV)")
 
 
@@ -39,7 +40,7 @@ def main(args: Namespace) -> None:
                 "slurry": store.attributes["slurry"],
                 **{name: float(store.attributes[name]) for name in MEASURED},
             }
-        found = unrest(row, args.pressure_kpa, args.max_kinetic_share, args.pressure_within)
+        found = unrest(row, args.pressure_kpa, args.max_kinetic_share, args.pressure_within, args.temperature_k)
         rows.append(row | {"warning": f"not at rest: {'; '.join(found)}" if found else ""})
         if found:
             print("warning: tape of {source}, slurry {slurry}: {warning}".format(**rows[-1]), file=sys.stderr)

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from script_runs import refusal, run_script, write_costs, written
+from slurrycast.dem.relaxation import unrest
 from slurrycast.runtime.costs import Cost, read_cost
 from slurrycast.runtime.files import write_text
 from structures import frame, particles, write_store
@@ -232,6 +233,12 @@ def test_ends_of_relaxations(outputs, tmp_path, pressure_kpa, kinetic_share, box
     expected = {"surrogate": "net", "slurry": "2", "steps": 2400} | end
     assert {name: row[name] for name in expected} == expected
     assert row["warning"] == warning if warning else pd.isna(row["warning"])
+
+
+@pytest.mark.parametrize(("set_point_k", "warned"), [(300.0, True), (400.0, False)])
+def test_small_particles_at_the_set_point_are_at_rest(set_point_k, warned):
+    end = {"temperature_k": 700.0, "pressure_kpa": 100.0, "kinetic_share": 2e-4}
+    assert bool(unrest(end, 100.0, 1e-4, 0.02, set_point_k)) == warned
 
 
 def test_a_structure_that_was_not_relaxed_is_refused(slurry, outputs):

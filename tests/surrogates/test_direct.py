@@ -9,6 +9,7 @@ import pytest
 from configurations import scaled, shipped
 from data_files import atoms
 from slurrycast.data.frames import read_frames
+from slurrycast.dem.relaxation import unrest
 
 DENSITY_G_CM3 = 2.24  # what the recipe is calibrated to
 TOLERANCE = 0.03  # of 78 particles, whose scatter is 1.5 %
@@ -49,7 +50,9 @@ def test_random_places_in_a_loose_box_or_in_the_final_one(inputs, command, tmp_p
     subprocess.run(predict_words(command, folder, "direct_box", packing=tmp_path / "packing.json"), check=True)
     start, dem = atoms(folder / "initial.data"), shipped("config")["dem"]
     with read_frames(folder / "direct.h5") as loose, read_frames(folder / "direct_box.h5") as boxed:
-        assert packing(loose) == pytest.approx(0.6) and packing(boxed) == pytest.approx(0.66)
+        assert packing(loose) == pytest.approx(
+            shipped("config")["surrogate"]["direct"]["packing_fraction"]
+        ) and packing(boxed) == pytest.approx(0.66)
         assert loose.attributes["box_rule"] == "loose_packing"
         assert boxed.attributes["box_rule"] == "mean_packing_fraction"
         for store in (loose, boxed):
@@ -79,5 +82,4 @@ def test_relaxation_finds_the_box_whatever_the_size_of_the_particles(inputs, com
         assert store.attributes["densification"] == pytest.approx(packing(store) / packing(loose))
         assert store.density_g_cm3(120) == pytest.approx(DENSITY_G_CM3, rel=TOLERANCE)
         assert 5.5 < store.coordination(120).mean() < 7.5
-        assert store.attributes["kinetic_share"] < config["max_kinetic_share"]
-        assert store.attributes["pressure_kpa"] == pytest.approx(101.325, rel=0.02)
+        assert unrest(store.attributes, 101.325, config["max_kinetic_share"], 0.02, 300) == []

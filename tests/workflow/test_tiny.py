@@ -297,10 +297,11 @@ def test_new_slurry_from_its_recipe_alone(project):
     assert {name for name, rows in tables.items() if rows.empty} == {"equilibrium", "coordinate_errors", "rdf_errors"}
     assert tables["density_volume"].density_g_cm3[0] == pytest.approx(density_g_cm3)
     chain = tables["cost"].stage[tables["cost"].slurry == "X"]
-    assert list(chain) == ["generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "compute_rdf"]
+    stages = ["generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "compute_rdf"]
+    assert list(chain) == [*stages, "dry_slurry", "measure_microstructure", "measure_microstructure"]
     assert (tables["speedup"].hybrid > 0).all() and tables["speedup"].dem.isna().all()
     figures = {path.stem for path in (alone / "figures").glob("*.png")}
-    assert figures == {"workflow", "density", "rdf", "slurry_direct_X"}
+    assert figures == {"workflow", "density", "rdf", "slurry_direct_X", "drying", "tape_X"}
     page = Page((alone / "report.html").read_text(encoding="utf-8"))
     assert page.images == len(figures) and page.loads_nothing
     assert f"{density_g_cm3:.4f}" in page.text

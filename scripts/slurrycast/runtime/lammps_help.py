@@ -20,7 +20,7 @@ STYLES = {
     "minimize": ("cg",),
     "pair": ("soft", "hybrid/overlay", "lj/cut", "gran/hertz/history"),
     "fix": ("npt/sphere", "nvt/sphere", "press/berendsen", "deform"),
-    "compute": ("contact/atom", "erotate/sphere", "reduce"),
+    "compute": ("contact/atom", "erotate/sphere", "pe/atom", "reduce"),
     "dump": ("custom",),
 }
 

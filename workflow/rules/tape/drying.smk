@@ -58,9 +58,11 @@ rule measure_drying:
         pressure_kpa=config["dem"]["pressure_kpa"],
         max_kinetic_share=config["relaxation"]["max_kinetic_share"],
         pressure_within=config["relaxation"]["pressure_within"],
+        temperature_k=config["dem"]["temperature_k"],
     shell:
         "python {input.script:q} --dried {input.dried:q} --pressure-kpa {params.pressure_kpa}"
         " --max-kinetic-share {params.max_kinetic_share} --pressure-within {params.pressure_within}"
+        " --temperature-k {params.temperature_k}"
         " --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
