@@ -53,7 +53,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--pressure-kpa", "pressure of the barostat", type=float)
     parser.add_value("--max-kinetic-share", "kinetic energy over pressure x volume above which to warn", type=float)
     parser.add_value("--pressure-within", "relative deviation of the pressure above which to warn", type=float)
-    parser.add_value("--temperature-k", "set point of the thermostat", type=float, default=0.0)
+    parser.add_value("--temperature-k", "set point of the thermostat", type=float)
     parser.add_output("--table", "table of all relaxations (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
 

@@ -226,7 +226,7 @@ def test_ends_of_relaxations(outputs, tmp_path, pressure_kpa, kinetic_share, box
     origin = {"slurry": "2", "surrogate": "net", "box_rule": box_rule, "relaxation": json.dumps({"steps": 2400})}
     path = tmp_path / "relaxed.h5"
     write_store(path, [frame(0, target_um(1), EDGES_UM)], PARTICLES, **origin, **end)
-    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
+    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02, "temperature_k": 300}
     (row,) = written("measure_relaxation", relaxed=path, **bounds, **outputs).to_dict("records")
     said = run_script("measure_relaxation", relaxed=path, **bounds, **outputs).stderr
     assert said == (f"warning: net, slurry 2: {warning}\n" if warning else "")
@@ -243,7 +243,7 @@ def test_small_particles_at_the_set_point_are_at_rest(set_point_k, warned):
 
 def test_a_structure_that_was_not_relaxed_is_refused(slurry, outputs):
     path = slurry("1", 11)["predicted"]
-    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
+    bounds = {"pressure_kpa": 100.0, "max_kinetic_share": 1e-4, "pressure_within": 0.02, "temperature_k": 300}
     said = refusal("measure_relaxation", relaxed=path, **bounds, **outputs)
     missing = "temperature_k, temperature_rotational_k, pressure_kpa, kinetic_share, densification"
     assert said == f"error: {path}: no attribute {missing}, must be the output of relax_slurry\n"

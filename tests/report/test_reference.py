@@ -46,3 +46,14 @@ def test_barostat_of_the_larger_scales():
     found = equilibrium(runs["reduced"].time_us.to_numpy(), runs["reduced"].density_g_cm3.to_numpy())
     assert expected_us < run_us["full"]
     assert found.time_to_equilibrium_us < run_us["reduced"]
+
+
+def test_tortuosity_depends_on_the_grid():
+    """By how much docs/tape.md says of one slurry."""
+    from slurrycast.analysis.microstructure import void_tortuosity
+    from slurrycast.data.frames import read_frames
+
+    with read_frames(REFERENCE / "reduced" / "frames" / "2.h5") as store:
+        frame, particles = store.frame(store.last), store.particles
+    found = [void_tortuosity(frame, particles, spacing_um) for spacing_um in (0.2, 0.1)]
+    np.testing.assert_allclose(found, [4.85, 2.49], atol=0.005)

@@ -98,7 +98,7 @@ def test_tape_says_where_it_comes_from_and_how_it_ended(slurry, tape, tmp_path):
     cost = json.loads((tape / "cost.json").read_text())
     assert (cost["stage"], cost["surrogate"], cost["slurry"], cost["steps"]) == ("dry_slurry", "-", "A", 3200)
     assert not (tape / "work").exists()
-    bounds = {"pressure_kpa": 101.325, "max_kinetic_share": 1e-12, "pressure_within": 0.5}
+    bounds = {"pressure_kpa": 101.325, "max_kinetic_share": 1e-12, "pressure_within": 0.5, "temperature_k": 0}
     (row,) = written("measure_drying", tmp_path / "ends.csv", dried=tape / "dried.h5", **bounds).itertuples()
     assert (row.source, row.slurry) == ("dem", "A")
     assert row.warning.startswith("not at rest: kinetic energy is")
@@ -114,6 +114,6 @@ def test_failed_drying_says_so_on_one_line_and_leaves_no_output(slurry, tmp_path
 
 def test_a_structure_that_was_not_dried_has_no_end_to_measure(tmp_path):
     store = write_store(tmp_path / "relaxed.h5", [frame(0, np.zeros((1, 3)), np.ones(3))], slurry="A")
-    bounds = {"pressure_kpa": 101.325, "max_kinetic_share": 1e-4, "pressure_within": 0.02}
+    bounds = {"pressure_kpa": 101.325, "max_kinetic_share": 1e-4, "pressure_within": 0.02, "temperature_k": 300}
     said = refusal("measure_drying", tmp_path / "ends.csv", dried=store, **bounds)
     assert said.startswith(f"error: {store}: no attribute slurry_thickness_um, tape_thickness_um, temperature_k")

@@ -73,7 +73,6 @@ TAPE_NAMES = {
     "share_ceramic_filled": "ceramic share, organics in the void",
     "contacts_ceramic": "contacts between ceramics",
 }
-TAPE_KINDS = {"contacts": "contacts", "percolation": "percolation", "coordination": "coordination"}
 
 
 def tape_quantity(quantity: str, unit: str) -> str:
@@ -94,7 +93,7 @@ def tape_quantity(quantity: str, unit: str) -> str:
         phase, _, axis = rest.rpartition("_")
         name = f"percolation, {phase} along {axis}"
     else:
-        name = f"{TAPE_KINDS.get(kind, kind)}, {pair_name(rest)}"
+        name = f"{kind}, {pair_name(rest)}"
     units = {"1": "", "g/cm3": " (g/cm³)", "1/um3": " (1/µm³)", "um": " (µm)"}
     return name + units.get(unit, f" ({unit})")
 

@@ -6,7 +6,6 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     tables/tape_errors.csv, tape_verdicts.csv
-    figures/tape_verdicts.png
 """
 
 
