@@ -123,7 +123,8 @@ PHASES = {"B": PHASE | {"mass_fraction": 0.7}, "A": PHASE | {"mass_fraction": 0.
 
 @pytest.mark.parametrize("pair", [["A", "B"], None])
 def test_phases_of_a_recipe_replace_those_of_the_default(tmp_path, pair):
-    recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}, "drying": {"phase": "A"}}
+    dry = {"phase": "A", "composition_is": "dry", "solvent_mass_fraction": 0.5}
+    recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}, "drying": dry}
     recipe["formulation"] |= {"phases": PHASES, "expected_density_g_cm3": 1.8}
     path = tmp_path / "recipe.yaml"
     path.write_text(yaml.safe_dump(recipe | ({"analysis": {"rdf_pair": pair}} if pair else {}), sort_keys=False))
@@ -131,7 +132,10 @@ def test_phases_of_a_recipe_replace_those_of_the_default(tmp_path, pair):
     if pair:
         assert done.returncode == 0, done.stdout + done.stderr
         (physics,) = re.findall(r"generate_inputs.py --slurry \S+ --physics '(.*?)'", done.stdout)
-        assert json.loads(physics)["formulation"]["order"] == ["B", "A"]
+        formulation = json.loads(physics)["formulation"]
+        assert formulation["order"] == ["B", "A"]
+        fractions = [phase["mass_fraction"] for phase in formulation["phases"].values()]
+        assert fractions == pytest.approx([0.7 / 1.3, 0.6 / 1.3])  # of the slurry
     else:
         lines = [line for line in (done.stdout + done.stderr).splitlines() if "must be" in line]
         assert [line.partition("=")[0].strip() for line in lines] == ["analysis.rdf_pair"], done.stdout + done.stderr
@@ -180,7 +184,13 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     assert "--pressure-within 0.0456" in done.stdout
     (settings,) = set(re.findall(r"dry_slurry.py .*--settings '(.*?)'", done.stdout))
     shared = {"pressure_damping_steps", "start_thermal_share"}
-    others = {"sources", "wet_thickness_um", "green_density_g_cm3"}  # no drying depends on them
+    others = {
+        "sources",
+        "composition_is",
+        "solvent_fraction_of",
+        "wet_thickness_um",
+        "green_density_g_cm3",
+    }  # no drying depends on them
     assert json.loads(settings).keys() == (load("config")["drying"].keys() | shared) - others
 
 

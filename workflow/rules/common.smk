@@ -23,7 +23,7 @@ except environment.InputError as error:
     raise WorkflowError(str(error)) from None
 
 from slurrycast import surrogates
-from slurrycast.config import configuration, dem_checks, derived_runs, label_settings, physics
+from slurrycast.config import composition, configuration, dem_checks, derived_runs, label_settings, physics
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -44,7 +44,7 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
-config = configuration.in_order(config)
+config = composition.wet_composition(configuration.in_order(config))
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
 TRAINING_NEEDED = config["surrogate"]["model"] is None

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from slurrycast.config import dem_checks, drying_checks, surrogate_checks
+from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.physics import changed_physics
 from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
@@ -22,6 +23,7 @@ from slurrycast.runtime.files import InputError
 CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.commands: "dem.executable dem.launcher",
     dem_checks.fractions: "formulation.phases",
+    drying_checks.solvent: "formulation.phases drying",
     dem_checks.packing: ("formulation.phases formulation.expected_density_g_cm3 formulation.initial_packing_fraction"),
     dem_checks.whole_particles: "formulation.phases formulation.unit_mass_pg",
     dem_checks.box_edges: (
@@ -93,6 +95,8 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     lines += table_lines
     if table_lines:
         bad.append(["slurries"])  # the good rows are checked below, but not whether a role is missing
+    if usable("formulation.phases drying"):
+        config = wet_composition(config)
     for check_across_keys, keys in CHECKS.items():
         if usable(keys):
             lines += check_across_keys(config, slurries)

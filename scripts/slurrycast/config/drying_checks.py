@@ -11,6 +11,24 @@ from slurrycast.dem.drying import dry_force_field, dry_volume_share, drying_type
 from slurrycast.runtime.files import InputError
 
 
+def solvent(config: Mapping, _) -> Iterator[str]:
+    """The phase that is needed exists, and holds no more solvent than its mass, in a wet composition."""
+    settings, phases = config["drying"], config["formulation"]["phases"]
+    phase = settings["phase"]
+    if phase not in phases:
+        if (settings["composition_is"], settings["solvent_fraction_of"]) != ("wet", "phase"):
+            yield f"drying.phase = {shown(phase)}: must be one of {', '.join(phases)}, which the solvent is added to"
+        elif settings["sources"]:
+            yield f"drying.phase = {shown(phase)}: must be one of {', '.join(phases)}; or set drying.sources: []"
+    elif settings["solvent_mass_fraction"] >= 1:
+        of_phase = phases[phase]["mass_fraction"]
+        of_slurry = settings["solvent_mass_fraction"] * of_phase
+        yield (
+            f"drying.solvent_mass_fraction = {of_slurry:.6g}: must be below {of_phase:.6g}, the mass fraction of "
+            f"{phase} in the slurry"
+        )
+
+
 def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """Yield a line for each problem of the drying; none if nothing is dried.
 
@@ -30,8 +48,7 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
             surrogates.parse("affine" if source == "dem" else source)
         except InputError as error:
             yield f"drying.sources: {str(error).removeprefix('surrogate: ')}, or dem"
-    if phase not in phases:
-        yield f"drying.phase = {shown(phase)}: must be one of {', '.join(phases)}; or set drying.sources: []"
+    if any(solvent(config, slurries)):
         return
     volume = dry_volume_share(phases[phase]["density_g_cm3"], settings)
     if volume >= 1:

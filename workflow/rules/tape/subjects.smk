@@ -17,7 +17,7 @@ def equilibrated(wildcards):
 def drying_settings():
     """Settings of a drying: of its section those that it depends on, and what it shares with the relaxation."""
     shared = ("pressure_damping_steps", "start_thermal_share")
-    others = ("sources", "wet_thickness_um", "green_density_g_cm3")
+    others = ("sources", "composition_is", "solvent_fraction_of", "wet_thickness_um", "green_density_g_cm3")
     settings = {key: value for key, value in config["drying"].items() if key not in others}
     return settings | {key: config["relaxation"][key] for key in shared}
 
