@@ -112,7 +112,7 @@ rule tables:
 rule tape_evaluation:
     """Judge whether tapes are those of the DEM."""
     input:
-        rules.judge_tapes.output.table,
+        expand(rules.plot_verdicts.output.figure, verdicts="tape_verdicts"),
     localrule: True
 
 

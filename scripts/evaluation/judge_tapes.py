@@ -2,11 +2,11 @@
 
 In: tables/tape_errors.csv, and the slurries to judge on.
 Out: tables/tape_verdicts.csv, with the columns of tables/verdicts.csv (judge_structures.py), a row for each surrogate
-and quantity that has a scatter.
+and judged quantity that has a scatter.
 """
 
 from slurrycast.data.tables import read_table, write_table
-from slurrycast.evaluation.verdicts import COLUMNS, judge
+from slurrycast.evaluation.verdicts import COLUMNS, judge, judged_tape_rows
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -19,7 +19,7 @@ def add_options(parser: Parser) -> None:
 
 def main(args: Namespace) -> None:
     """Judge and write the table."""
-    errors = read_table(args.tape_errors)
+    errors = judged_tape_rows(read_table(args.tape_errors))
     judged = errors[errors.slurry.isin(args.slurries) & (errors.replica_sd > 0)]
     write_table(args.table, judge(judged), columns=COLUMNS)
 

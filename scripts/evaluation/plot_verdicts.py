@@ -1,6 +1,6 @@
-"""Plot how far each surrogate's relaxed structures are from the DEM's in each judged measure, and the verdicts.
+"""Plot how far each surrogate's relaxed structures, or its tapes, are from the DEM's in each measure, and the verdicts.
 
-In: tables/verdicts.csv.
+In: tables/verdicts.csv or tables/tape_verdicts.csv.
 Out: PNG with one row for each surrogate and one column for each measure. The colour of a cell is the mean difference
 in replica sd. A triangle, up for too high and down for too low, marks what differs, a question mark what is not
 resolved, and a dash what has no verdict; a cell without a mark is equivalent to the DEM.
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from slurrycast.data.tables import read_table
 from slurrycast.evaluation.noise import BAND_SDS
-from slurrycast.evaluation.verdicts import DIFFERS, EQUIVALENT, MEASURES, NOT_RESOLVED, group_of
+from slurrycast.evaluation.verdicts import DIFFERS, EQUIVALENT, MEASURES, NOT_RESOLVED, TAPE_MEASURES, group_of
 from slurrycast.report.figures import INK, new_figure, note, save_figure
 from slurrycast.report.names import measure_name
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
@@ -51,8 +51,8 @@ def draw_cells(axes: Axes, table: pd.DataFrame, measures: list[str], surrogates:
 
 
 def draw_verdicts(table: pd.DataFrame) -> Figure:
-    """Draw tables/verdicts.csv."""
-    groups, surrogates = list(MEASURES), list(dict.fromkeys(table.surrogate))
+    """Draw tables/verdicts.csv or tables/tape_verdicts.csv."""
+    groups, surrogates = list(MEASURES | TAPE_MEASURES), list(dict.fromkeys(table.surrogate))
     measures = sorted(dict.fromkeys(table.measure), key=lambda measure: groups.index(group_of(measure)))
     figure = new_figure(3.0 + CELL_IN * max(len(measures), 12), 2.2 + CELL_IN * 0.85 * max(len(surrogates), 3))
     axes = figure.subplots()

@@ -1,7 +1,7 @@
 """Write evaluation.html: what the surrogates of a run are worth, in one file that opens without a network.
 
 In: the tables of the evaluation, tables/equilibrium.csv for the roles of the slurries, and figures, known by their file
-names: slurry_<surrogate>_<slurry>, verdicts, skill, front, relaxation, uncertainty.
+names: slurry_<surrogate>_<slurry>, verdicts, tape_verdicts, skill, front, relaxation, uncertainty.
 Out: evaluation.html with embedded images. Units are those of the tables' column names.
 """
 
@@ -12,7 +12,7 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import write_text
 
 TABLES = ("skill", "noise", "structure_errors", "verdicts", "front", "equal_cost", "cost_scaling", "article_costs")
-OPTIONAL_TABLES = ("ablation", "relaxation", "uncertainty")
+OPTIONAL_TABLES = ("ablation", "relaxation", "uncertainty", "tape_errors", "tape_verdicts")
 
 
 def add_options(parser: Parser) -> None:
@@ -21,7 +21,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--networks", "labels to hold against affine and early_dem", nargs="*", default=[])
     parser.add_tables("equilibrium", *TABLES)
     for name in OPTIONAL_TABLES:
-        parser.add_input(f"--{name}", f"tables/{name}.csv, where the run has one", required=False)
+        parser.add_input(f"--{name.replace('_', '-')}", f"tables/{name}.csv, where the run has one", required=False)
     parser.add_input("--figures", "figures (PNG)", nargs="+")
     parser.add_output("--page", "evaluation.html")
 

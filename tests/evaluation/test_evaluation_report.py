@@ -125,6 +125,8 @@ def evaluation(tmp_path) -> Evaluation:
         ablation=None,
         relaxation=None,
         uncertainty=None,
+        tape_errors=None,
+        tape_verdicts=None,
         figures=figures,
     )
 

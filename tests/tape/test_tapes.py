@@ -1,10 +1,14 @@
 """Tables of tapes on cases with a known answer, and the figure of the drying."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from script_runs import run_script, written
+from slurrycast.report import tape_statistics
+from slurrycast.report.page import environment
 
 PARTICLES = {"1": 1000, "2": 4000, "3": 1000, "N": 500}
 
@@ -14,44 +18,84 @@ def microstructure(path, source, slurry, **values):
     particles = PARTICLES[slurry.split("_")[0]]
     names = {"source": source, "slurry": slurry, "stage": "tape"}
     rows = [names | {"quantity": "particles", "value": particles, "unit": "1"}]
-    rows += [names | {"quantity": name, "value": value, "unit": "1"} for name, value in values.items()]
+    units = {"green_density": "g/cm3"}
+    rows += [names | {"quantity": name, "value": value, "unit": units.get(name, "1")} for name, value in values.items()]
     pd.DataFrame(rows).to_csv(path, index=False)
     return path
 
 
+def values(void, density=1.0, percolation=0.9):
+    """Judged quantities, and one that is not."""
+    return {"share_void_union": void, "green_density": density, "percolation_NiO_x": percolation}
+
+
 @pytest.fixture
 def table(tmp_path):
-    """tables/microstructure.csv: `far` is off by 10 sd in `void` and not at all in `green`; slurry N has no DEM."""
+    """tables/microstructure.csv: `far` is off by 10 sd in the void and not at all in density; slurry N has no DEM."""
     paths = []
-    for slurry, value, off in (("1", 5.0, 1.0), ("2", 6.0, 0.5), ("3", 7.0, 1.1)):
-        paths.append(microstructure(tmp_path / f"dem_{slurry}.csv", "dem", slurry, void=value, green=1.0))
-        paths.append(microstructure(tmp_path / f"far_{slurry}.csv", "far", slurry, void=value + off, green=1.0))
-    paths.append(microstructure(tmp_path / "far_N.csv", "far", "N", void=1.0, green=1.0))
+    for slurry, void, off in (("1", 5.0, 1.0), ("2", 6.0, 0.5), ("3", 7.0, 1.1)):
+        paths.append(microstructure(tmp_path / f"dem_{slurry}.csv", "dem", slurry, **values(void)))
+        paths.append(microstructure(tmp_path / f"far_{slurry}.csv", "far", slurry, **values(void + off)))
+    paths.append(microstructure(tmp_path / "far_N.csv", "far", "N", **values(1.0)))
     out = tmp_path / "microstructure.csv"
     assert run_script("tabulate_microstructure", microstructures=paths, table=out).returncode == 0
     return out
 
 
-def test_every_tape_stands_beside_that_of_the_dem(table):
-    rows = pd.read_csv(table, dtype={"slurry": str}).set_index(["source", "slurry", "quantity"])
-    assert rows.dem_value["far", "2", "void"] == rows.dem_value["dem", "2", "void"] == 6.0
-    assert np.isnan(rows.dem_value["far", "N", "void"])
-
-
-def test_tapes_are_judged_by_the_scatter_of_replicas(table, tmp_path):
+@pytest.fixture
+def judged(table, tmp_path):
+    """tables/tape_errors.csv and tape_verdicts.csv."""
     replicas = [
-        microstructure(
-            tmp_path / f"r{number}.csv", "dem", f"1_r{number}", void=5 + 0.1 * number, green=1 + 0.01 * number
-        )
-        for number in (1, 2, 3)
+        microstructure(tmp_path / f"r{k}.csv", "dem", f"1_r{k}", **values(5 + 0.1 * k, 1 + 0.01 * k, 0.9 + 0.01 * k))
+        for k in (1, 2, 3)
     ]
     errors = written("compare_tapes", microstructure=table, replicas=replicas, table=tmp_path / "tape_errors.csv")
+    options = {"tape_errors": tmp_path / "tape_errors.csv", "table": tmp_path / "tape_verdicts.csv"}
+    return errors, written("judge_tapes", slurries=["1", "2", "3"], **options)
+
+
+def section(page, name, **shared):
+    """Text of one section of a page, its white space made even."""
+    return " ".join(str(environment().get_template(f"{page}/{name}.html.jinja").make_module(shared)).split())
+
+
+def test_every_tape_stands_beside_that_of_the_dem(table):
+    rows = pd.read_csv(table, dtype={"slurry": str}).set_index(["source", "slurry", "quantity"])
+    assert rows.dem_value["far", "2", "share_void_union"] == rows.dem_value["dem", "2", "share_void_union"] == 6.0
+    assert np.isnan(rows.dem_value["far", "N", "share_void_union"])
+
+
+def test_tapes_are_judged_by_the_scatter_of_replicas(judged):
+    errors, verdicts = judged
     assert set(errors.slurry) == {"1", "2", "3"} and set(errors.surrogate) == {"far"}
     sd = errors.set_index(["slurry", "quantity"]).replica_sd
-    assert sd["1", "void"] == pytest.approx(0.1) and sd["2", "void"] == pytest.approx(0.05)
-    options = {"tape_errors": tmp_path / "tape_errors.csv", "table": tmp_path / "tape_verdicts.csv"}
-    verdicts = written("judge_tapes", slurries=["1", "2", "3"], **options).set_index("measure").verdict
-    assert dict(verdicts) == {"void": "differs", "green": "equivalent"}
+    assert sd["1", "share_void_union"] == pytest.approx(0.1) and sd["2", "share_void_union"] == pytest.approx(0.05)
+    verdict = verdicts.set_index("measure").verdict
+    assert dict(verdict) == {"share_void_union": "differs", "green_density": "equivalent"}
+
+
+def test_report_says_whether_the_tapes_are_those_of_the_dem(table):
+    rows = pd.read_csv(table, dtype={"slurry": str})
+    found = tape_statistics.tapes(SimpleNamespace(microstructure=rows, test=["1", "2", "3"]))
+    assert found["compared"] == {"far": {"number": 2, "different": ["void"]}}
+    density, void = found["rows"]
+    assert density == ["green density (g/cm³)", 1.0, 1.0, 0.0, 0.0]
+    assert void[1:4] == pytest.approx([6.0, 6.0 + 2.6 / 3, 2.6 / 3])
+    assert "The tapes of far differ from the DEM's in void." in section("report", "tape", figures={}, **found)
+    none = tape_statistics.tapes(SimpleNamespace(microstructure=rows, test=["1", "2"]))
+    assert "too few to compare the tapes of far" in section("report", "tape", figures={}, **none)
+
+
+def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
+    errors, verdicts = judged
+    evaluation = SimpleNamespace(tape_errors=errors, tape_verdicts=verdicts, tested=lambda rows: rows)
+    found = tape_statistics.tape_verdicts(evaluation)
+    assert found["counts"] == {"far": {"judged": 2, "equivalent": 1, "different": ["void"]}}
+    (void,) = (row for row in found["rows"] if row[0] == "void")
+    assert void[1:4] == pytest.approx([6.0, 0.25 / 3, (10 + 10 + 11) / 3])
+    page = section("evaluation", "tape", figures={}, test=["1", "2", "3"], **found)
+    assert "far are tapes like those of the DEM in 1 of 2 properties, and differ in void" in page
+    assert tape_statistics.tape_verdicts(SimpleNamespace(tape_verdicts=None)) is None
 
 
 def test_drying_is_drawn(tmp_path):

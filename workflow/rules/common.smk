@@ -371,5 +371,6 @@ wildcard_constraints:
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
     stage="slurry|tape",
+    verdicts="verdicts|tape_verdicts",
     # no id has a hyphen; in brackets, since Snakemake ignores an empty pattern
     steps=f"(?:{'|'.join(['', *(f'-{steps}' for steps in RELAXATION_STEPS)])})",

@@ -318,9 +318,11 @@ rule write_evaluation:
         ablation=rules.tabulate_ablation.output.table if HAS_ABLATION else [],
         relaxation=rules.compare_relaxation.output.table if HAS_RELAXATION else [],
         uncertainty=rules.measure_uncertainty.output.table if SPREADING else [],
+        tape_errors=rules.compare_tapes.output.table if JUDGES_TAPES else [],
+        tape_verdicts=rules.judge_tapes.output.table if JUDGES_TAPES else [],
         figures=[
             *expand(rules.render_slurry.output.figure, surrogate=PICTURED[:1], slurry=with_role("test")[:1]),
-            rules.plot_verdicts.output.figure,
+            *expand(rules.plot_verdicts.output.figure, verdicts=["verdicts", *(["tape_verdicts"] if JUDGES_TAPES else [])]),
             rules.plot_skill.output.figure,
             rules.plot_front.output.figure,
             *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),
@@ -338,9 +340,9 @@ rule write_evaluation:
         networks=[text for text, surrogate in KINDS.items() if surrogate.is_trained],
         optional=lambda wildcards, input: [
             word
-            for name in ("ablation", "relaxation", "uncertainty")
+            for name in ("ablation", "relaxation", "uncertainty", "tape_errors", "tape_verdicts")
             if input[name]
-            for word in (f"--{name}", input[name])
+            for word in (f"--{name.replace('_', '-')}", input[name])
         ],
     shell:
         "python {input.script:q} --run {params.run:q} --networks {params.networks:q}"

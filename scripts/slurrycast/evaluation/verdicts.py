@@ -26,6 +26,20 @@ MEASURES = {
     "overlap": "overlap_mean",
     "coarseness": "coarseness_",
 }
+# The same of tapes. Other shares and densities, and the ceramic share of a random mixture, follow from these; a tape is
+# crossed through its thickness.
+TAPE_MEASURES = {
+    "green density": "green_density",
+    "shrinkage": "shrinkage",
+    "void": "share_void_union",
+    "coordination": "coordination_",
+    "contacts per volume": "contacts_",
+    "percolation": "percolation_",
+    "pore size": "pore_size_",
+    "mixing": "ceramic_share_sd_",
+    "tortuosity": "tortuosity_",
+}
+_NOT_OF_TAPES = r"percolation_.*_[xy]|ceramic_share_sd_random_.*"
 # The largest RDF difference whose systematic part is within the band, in mean differences between two replicas.
 RDF_BAND = float(np.sqrt(1 + BAND_SDS**2 / 2))
 COLUMNS = ("surrogate", "measure", "slurries", "mean_in_sd", "lower_in_sd", "upper_in_sd", "p", "p_holm", "verdict")
@@ -136,14 +150,20 @@ def judge(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 def group_of(measure: str) -> str:
-    """Name of the group of `MEASURES` that a judged measure belongs to."""
-    return next(name for name, start in MEASURES.items() if measure.startswith(start))
+    """Name of the group of `MEASURES` or `TAPE_MEASURES` that a judged measure belongs to."""
+    return next(name for name, start in (MEASURES | TAPE_MEASURES).items() if measure.startswith(start))
 
 
 def judged_rows(structure_errors: pd.DataFrame, slurries: Sequence[str]) -> pd.DataFrame:
     """Rows of tables/structure_errors.csv that are judged: `MEASURES` of relaxed structures of these slurries."""
     relaxed = (structure_errors.stage == "relaxed") & structure_errors.slurry.isin(slurries)
     return structure_errors[relaxed & structure_errors.quantity.str.startswith(tuple(MEASURES.values()))]
+
+
+def judged_tape_rows(tape_rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows of tables/tape_errors.csv, or of tapes in tables/microstructure.csv, that are judged: `TAPE_MEASURES`."""
+    judged = tape_rows.quantity.str.startswith(tuple(TAPE_MEASURES.values()))
+    return tape_rows[judged & ~tape_rows.quantity.str.fullmatch(_NOT_OF_TAPES)]
 
 
 def by_verdict(verdicts: Mapping[str, str | None]) -> list[tuple[str | None, list[str]]]:

@@ -40,6 +40,8 @@ class Evaluation:
     ablation: pd.DataFrame | None
     relaxation: pd.DataFrame | None  # of the validation slurries
     uncertainty: pd.DataFrame | None  # where a surrogate has a spread
+    tape_errors: pd.DataFrame | None  # where tapes of surrogates are judged
+    tape_verdicts: pd.DataFrame | None
     figures: Mapping[str, Path]
 
     def slurries(self, role: str) -> list[str]:

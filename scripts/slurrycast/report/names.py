@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from slurrycast.analysis.training_range import FRACTION_PREFIX
+from slurrycast.evaluation.verdicts import MEASURES, group_of
 
 QUANTITY_NAMES = {
     "density_g_cm3": "density (g/cm³)",
@@ -60,6 +61,8 @@ def quantity_name(quantity: str) -> str:
 
 def measure_name(measure: str) -> str:
     """Short name of a judged measure without its unit: all are in units of the noise."""
+    if group_of(measure) not in MEASURES:
+        return tape_quantity(measure, "1")
     return quantity_name(measure).removesuffix(" (g/cm³)").removeprefix("share with ")
 
 

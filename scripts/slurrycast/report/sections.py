@@ -17,7 +17,7 @@ from slurrycast.report.results import Results
 def report_html(results: Results) -> str:
     """The report: all tables and figures of a run, beside the numbers of the reference article."""
     rdfs = comparison_statistics.rdfs(results)
-    gains = statistics.gains_over_affine(results)
+    gains, tape = statistics.gains_over_affine(results), tape_statistics.tapes(results)
     sections = {
         "summary": statistics.key_results(results),
         "gains": {"gains": gains} if gains else None,
@@ -28,7 +28,7 @@ def report_html(results: Results) -> str:
         }
         if results.compared
         else None,
-        "tape": tape_statistics.tapes(results),
+        "tape": tape,
         "new_slurries": comparison_statistics.new_slurries(results),
         "relaxation": comparison_statistics.relaxation_ends(results),
         "costs": comparison_statistics.costs(results),
@@ -45,6 +45,7 @@ def report_html(results: Results) -> str:
         "compared": results.compared,
         "particles": sum(results.particles.values()),
         "rdfs": rdfs,
+        "tape": tape,
         "lead": next(iter(comparison_statistics.pictures(results, [*results.test, *results.roles])), None),
         "dem": statistics.dem_runs(results),
         **statistics.notices(results),
@@ -56,6 +57,7 @@ def evaluation_html(evaluation: Evaluation) -> str:
     """The evaluation: surrogates beside cheap alternatives and the DEM's noise."""
     sections = {
         "verdicts": verdict_statistics.noise_verdicts(evaluation),
+        "tape": tape_statistics.tape_verdicts(evaluation),
         "networks": verdict_statistics.network_verdicts(evaluation) if evaluation.networks else None,
         "skill": evaluation_statistics.skill(evaluation),
         "noise": evaluation_statistics.noise(evaluation),

@@ -1,11 +1,12 @@
-"""Numbers of the section on green tapes: properties of the tapes of each source, and how far they are from the DEM."""
+"""Numbers of the sections on green tapes: properties of the tapes of each source, and how far they are from the DEM."""
 
 from collections.abc import Mapping
 
 import pandas as pd
 
-from slurrycast.evaluation.verdicts import mean_difference
-from slurrycast.report.names import tape_quantity
+from slurrycast.evaluation.verdicts import DIFFERS, EQUIVALENT, FAMILY_LEVEL, holm, judged_tape_rows, mean_difference
+from slurrycast.report.evaluation_results import Evaluation
+from slurrycast.report.names import measure_name, tape_quantity
 from slurrycast.report.results import Results
 
 # shown in this order, if the tapes have them
@@ -63,7 +64,7 @@ def tapes(results: Results) -> Mapping | None:
     return {
         "rows": rows,
         "sources": sources,
-        "compared": compared,
+        "compared": {source: _resolved(dried, source) for source in compared},
         "green": {source: _mean(dried, source, "green_density") for source in sources},
         "shrinkage": {source: _mean(dried, source, "shrinkage") for source in sources},
         "slurries": list(dict.fromkeys(dried.slurry)),
@@ -72,3 +73,47 @@ def tapes(results: Results) -> Mapping | None:
 
 def _mean(dried: pd.DataFrame, source: str, quantity: str) -> float:
     return dried[(dried.source == source) & (dried.quantity == quantity)].value.mean()
+
+
+def _resolved(dried: pd.DataFrame, source: str) -> Mapping:
+    """Which judged properties of a source's tapes differ from the DEM's beyond the scatter between slurries.
+
+    `number` of the properties that enough slurries have, and the names of those that are `different`.
+    """
+    rows = judged_tape_rows(dried[dried.source == source])
+    differences = (rows.value - rows.dem_value).groupby(rows.quantity, sort=False)
+    p = pd.Series({quantity: mean_difference(values).p for quantity, values in differences}, dtype=float).dropna()
+    different = p.index[holm(p) < FAMILY_LEVEL]
+    return {"number": len(p), "different": [measure_name(quantity) for quantity in different]}
+
+
+def tape_verdicts(evaluation: Evaluation) -> Mapping | None:
+    """Judged properties of tapes, one a row; None where none are judged.
+
+    A row has the name, the mean of the DEM and the replica sd over the test slurries, and for each surrogate the mean
+    difference in replica sd with half of its interval, and the verdict. `counts` are numbers of verdicts, and names of
+    what differs, by surrogate.
+    """
+    if evaluation.tape_verdicts is None:
+        return None
+    errors = evaluation.tested(evaluation.tape_errors)
+    verdicts = evaluation.tape_verdicts.set_index(["surrogate", "measure"])
+    surrogates = list(dict.fromkeys(evaluation.tape_verdicts.surrogate))
+    units = errors.drop_duplicates("quantity").set_index("quantity").unit
+    rows = []
+    for measure in dict.fromkeys(evaluation.tape_verdicts.measure):
+        of_measure = errors[errors.quantity == measure].drop_duplicates("slurry")
+        row = [tape_quantity(measure, units[measure]), of_measure.dem_value.mean(), of_measure.replica_sd.mean()]
+        for surrogate in surrogates:
+            judged = verdicts.loc[surrogate, measure]
+            row += [judged.mean_in_sd, (judged.upper_in_sd - judged.lower_in_sd) / 2, judged.verdict]
+        rows.append(row)
+    counts = {}
+    for surrogate in surrogates:
+        judged = verdicts.loc[surrogate].verdict.dropna()
+        counts[surrogate] = {
+            "judged": len(judged),
+            "equivalent": int((judged == EQUIVALENT).sum()),
+            "different": [measure_name(measure) for measure in judged.index[judged == DIFFERS]],
+        }
+    return {"rows": rows, "surrogates": surrogates, "counts": counts}

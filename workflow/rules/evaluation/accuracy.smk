@@ -130,14 +130,14 @@ rule plot_skill:
 
 
 rule plot_verdicts:
-    """Draw how far structures are from the DEM in units of its noise, and the verdicts."""
+    """Draw how far structures or tapes are from the DEM in units of its noise, and the verdicts."""
     input:
         **code("evaluation/plot_verdicts"),
-        verdicts=rules.judge_structures.output.table,
+        verdicts=f"{RESULTS}/tables/{{verdicts}}.csv",
     output:
-        figure=reported("figures/verdicts.png", "verdicts_figure", "Evaluation", figure="inside the noise"),
+        figure=reported("figures/{verdicts}.png", "verdicts_figure", "Evaluation", figure="{verdicts}"),
     log:
-        f"{RESULTS}/logs/plot_verdicts.log",
+        f"{RESULTS}/logs/plot_verdicts/{{verdicts}}.log",
     localrule: True
     conda:
         "../../../envs/analysis.yaml"

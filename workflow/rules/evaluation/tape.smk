@@ -5,7 +5,7 @@ REQUIRED INPUTS:
     tape/dem/{slurry}/tape.csv of replicas
 
 OUTPUTS:
-    tables/tape_errors.csv, tape_verdicts.csv
+    tables/tape_errors.csv, tape_verdicts.csv; plot_verdicts draws them
 """
 
 

@@ -42,6 +42,8 @@ def sources_of(slurry):
 # Those that this run has. Whether the main job dries anything: there are sources and slurries for them.
 DRIED = [source for source in config["drying"]["sources"] if source in ["dem", *SURROGATES]]
 HAS_TAPES = any(map(dried_slurries, DRIED))
+# Whether tapes of surrogates are judged beside those of the DEM.
+JUDGES_TAPES = bool("dem" in DRIED and DRIED[1:] and with_role("test"))
 
 
 def microstructure_options(wildcards):
@@ -52,7 +54,9 @@ def microstructure_options(wildcards):
         return [*options, "--solvent-mass-fraction", drying["solvent_mass_fraction"]]
     if drying["wet_thickness_um"] is not None:
         options += ["--wet-thickness-um", drying["wet_thickness_um"]]
-    if wildcards.slurry in dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]:
+    # replicas as the slurry that they repeat, for the scatter
+    slurry = wildcards.slurry.rpartition("_r")[0] if wildcards.slurry in REPLICAS else wildcards.slurry
+    if slurry in dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]:
         options += ["--tortuosity-spacings-um", *settings["tortuosity_spacings_um"]]
     return options
 
