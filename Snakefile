@@ -90,6 +90,7 @@ rule tapes:
     input:
         lambda wildcards: tapes(rules.dry_slurry.output.dried),
         rules.measure_drying.output.table,
+        rules.calibrate_drying.output.table,
         rules.tabulate_microstructure.output.table,
         rules.plot_drying.output.figure,
         expand(rules.plot_tape.output.figure, slurry=with_role("test", "new")[:1]),

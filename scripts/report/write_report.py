@@ -35,7 +35,9 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--roles", "JSON: role of every slurry by its id, in the order of the table", type=json.loads)
     parser.add_input("--density", "tables/density_volume.csv")
     parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
-    parser.add_input("--microstructure", "tables/microstructure.csv; none where nothing is dried", required=False)
+    for name in ("microstructure", "drying_calibration"):
+        option = f"--{name.replace('_', '-')}"
+        parser.add_input(option, f"tables/{name}.csv; none where nothing is dried", required=False)
     parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
     parser.add_tables("speedup")
@@ -64,6 +66,7 @@ def main(args: Namespace) -> None:
         equilibrium=read_equilibrium(args.equilibrium),
         relaxation_ends=read_table(args.relaxation_ends),
         microstructure=read_table(args.microstructure) if args.microstructure else None,
+        drying_calibration=read_table(args.drying_calibration) if args.drying_calibration else None,
         training_range=read_table(args.training_range) if args.training_range else None,
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),

@@ -1,9 +1,14 @@
-"""Find the friction of the drying at which a tape has a measured green density, by bisection.
+"""Find the friction of the drying at which a tape has a measured green density, or what friction decides at most.
 
 In: an equilibrated slurry (HDF5, its last frame), the inputs of its DEM, the settings of the drying, and the density.
-Out: a table (CSV) of one row a drying: friction and green_density_g_cm3, the last row nearest to the measured one. The
-density falls with friction. Friction is halved on a logarithmic scale between --least and --most until the density is
-within --tolerance, a share of it, or --dryings have been made. A density beyond both ends is refused by its range.
+Out: a table (CSV) of one row a drying: friction, green_density_g_cm3 and packing_fraction (volume of the particles over
+that of the box). The density falls with friction. The first two rows are those of --most and --least. Without a
+measured density there are no others. With one, friction is halved between them on a logarithmic scale until the density
+is within --tolerance, a share of it, or --dryings have been made, and the last row is nearest to the measured one. A
+density beyond both ends is refused by its range.
+
+The ends are the friction of the shipped slurry, and the one with which the ARTISTIC online calculator dries battery
+electrodes (its published scripts, Zenodo 5956353).
 """
 
 import json
@@ -23,9 +28,9 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--structure", "equilibrated slurry, HDF5")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
     parser.add_value("--settings", "JSON, as for dry_slurry", type=json.loads)
-    parser.add_value("--green-density-g-cm3", "measured green density", type=float)
-    parser.add_value("--least", "least friction", type=float, default=0.01)
-    parser.add_value("--most", "greatest friction", type=float, default=10.0)
+    parser.add_value("--green-density-g-cm3", "measured green density, if known", type=float, required=False)
+    parser.add_value("--least", "least friction", type=float, default=0.015)
+    parser.add_value("--most", "greatest friction", type=float, default=12.5)
     parser.add_value("--tolerance", "share of the density that is near enough", type=float, default=0.003)
     parser.add_value("--dryings", "number of dryings at most", type=int, default=9)
     parser.add_value("--work", "work folder; kept with the logs if LAMMPS fails", type=Path)
@@ -34,24 +39,32 @@ def add_options(parser: Parser) -> None:
 
 
 def main(args: Namespace) -> None:
-    """Dry until the density is met, and write the table."""
+    """Dry at both ends, and until a measured density is met, and write the table."""
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     launcher = Launcher(args.executable, args.launcher, args.ranks)
 
+    packing = {}
     with read_frames(args.structure) as store, work_folder(args.work) as folder:
 
         def density(friction: float) -> float:
             force_field = args.settings["force_field"] | {"friction": friction}
             settings = args.settings | {"force_field": force_field}
-            tape = dry(store, inputs, settings, launcher, folder.path, lambda line: None)
-            print(f"friction {friction:.4g}: {tape.rows[-1]['density_g_cm3']:.4f} g/cm3")
-            return tape.rows[-1]["density_g_cm3"]
+            tape = dry(store, inputs, settings, launcher, folder.path, lambda line: None).rows[-1]
+            print(f"friction {friction:.4g}: {tape['density_g_cm3']:.4f} g/cm3")
+            packing[friction] = tape["packing_fraction"]
+            return tape["density_g_cm3"]
 
-        ends = (args.least, args.most)
-        made = list(bisection(density, args.green_density_g_cm3, ends, args.tolerance, args.dryings))
-    write_table(args.table, [{"friction": friction, "green_density_g_cm3": found} for friction, found in made])
-    friction, found = made[-1]
-    print(f"drying.force_field.friction: {friction:.4g} # green density {found:.4g} g/cm3")
+        if args.green_density_g_cm3 is None:
+            made = [(friction, density(friction)) for friction in (args.most, args.least)]
+        else:
+            ends = (args.least, args.most)
+            made = list(bisection(density, args.green_density_g_cm3, ends, args.tolerance, args.dryings))
+            print(f"drying.force_field.friction: {made[-1][0]:.4g} # green density {made[-1][1]:.4g} g/cm3")
+    rows = [
+        {"friction": friction, "green_density_g_cm3": found, "packing_fraction": packing[friction]}
+        for friction, found in made
+    ]
+    write_table(args.table, rows)
 
 
 if __name__ == "__main__":

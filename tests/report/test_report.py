@@ -202,6 +202,7 @@ def results(tmp_path, model, history) -> Results:
         equilibrium=equilibrium,
         relaxation_ends=relaxation_ends,
         microstructure=None,
+        drying_calibration=None,
         training_range=training_range,
         costs=costs,
         speedup=speedup_table(surrogates),

@@ -76,14 +76,19 @@ def test_tapes_are_judged_by_the_scatter_of_replicas(judged):
 
 def test_report_says_whether_the_tapes_are_those_of_the_dem(table):
     rows = pd.read_csv(table, dtype={"slurry": str})
-    found = tape_statistics.tapes(SimpleNamespace(microstructure=rows, test=["1", "2", "3"]))
+    ends = {"friction": [12.5, 0.015], "green_density_g_cm3": [2.8, 3.3], "packing_fraction": [0.57, 0.66]}
+    tables = {"microstructure": rows, "drying_calibration": pd.DataFrame(ends)}
+    config = {"drying": {"green_density_g_cm3": None, "force_field": {"friction": 0.5}}}
+    shared = {"config": config, "figures": {}}
+    found = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2", "3"]))
     assert found["compared"] == {"far": {"number": 2, "different": ["void"]}}
     density, void = found["rows"]
     assert density == ["green density (g/cm³)", 1.0, 1.0, 0.0, 0.0]
     assert void[1:4] == pytest.approx([6.0, 6.0 + 2.6 / 3, 2.6 / 3])
-    assert "The tapes of far differ from the DEM's in void." in section("report", "tape", figures={}, **found)
-    none = tape_statistics.tapes(SimpleNamespace(microstructure=rows, test=["1", "2"]))
-    assert "too few to compare the tapes of far" in section("report", "tape", figures={}, **none)
+    assert "The tapes of far differ from the DEM's in void." in section("report", "tape", **shared, **found)
+    assert "at 0.015 3.3 g/cm³ and 34.0%." in section("report", "tape", **shared, **found)
+    none = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2"]))
+    assert "too few to compare the tapes of far" in section("report", "tape", **shared, **none)
 
 
 def test_evaluation_shows_tapes_in_units_of_the_noise(judged):

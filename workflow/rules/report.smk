@@ -254,6 +254,7 @@ rule write_report:
         equilibrium=rules.measure_equilibrium.output.table,
         relaxation_ends=rules.measure_relaxation.output.table,
         microstructure=rules.tabulate_microstructure.output.table if HAS_TAPES else [],
+        drying_calibration=rules.calibrate_drying.output.table if HAS_TAPES else [],
         training_range=rules.check_training_range.output.table if RANGE_KNOWN else [],
         cost=rules.collect_costs.output.table,
         speedup=rules.compare_costs.output.table,
@@ -284,7 +285,7 @@ rule write_report:
         left_out=LEFT_OUT,
         optional=lambda wildcards, input: [
             word
-            for name in ("microstructure", "training_range")
+            for name in ("microstructure", "drying_calibration", "training_range")
             if input[name]
             for word in (f"--{name.replace('_', '-')}", input[name])
         ],
@@ -322,7 +323,9 @@ rule write_evaluation:
         tape_verdicts=rules.judge_tapes.output.table if JUDGES_TAPES else [],
         figures=[
             *expand(rules.render_slurry.output.figure, surrogate=PICTURED[:1], slurry=with_role("test")[:1]),
-            *expand(rules.plot_verdicts.output.figure, verdicts=["verdicts", *(["tape_verdicts"] if JUDGES_TAPES else [])]),
+            *expand(
+                rules.plot_verdicts.output.figure, verdicts=["verdicts", *(["tape_verdicts"] if JUDGES_TAPES else [])]
+            ),
             rules.plot_skill.output.figure,
             rules.plot_front.output.figure,
             *([rules.plot_relaxation.output.figure] if HAS_RELAXATION else []),

@@ -38,6 +38,7 @@ def shown_quantities(tapes: pd.DataFrame) -> list[str]:
 def tapes(results: Results) -> Mapping | None:
     """Rows of the table, one a quantity: means over the test slurries, or all if none is one; None where nothing dries.
 
+    `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density.
     Differences are means over the test slurries of a source's tape less the DEM's, with half of the width of their
     interval.
     """
@@ -61,8 +62,11 @@ def tapes(results: Results) -> Mapping | None:
             mean = mean_difference(of_source.value - of_source.dem_value)
             differences += [mean.mean, (mean.upper - mean.lower) / 2]
         rows.append([name, *means, *differences])
+    calibration = results.drying_calibration.assign(void=1 - results.drying_calibration.packing_fraction)
     return {
         "rows": rows,
+        **dict(zip(("loosest", "densest"), calibration.to_dict("records"), strict=False)),
+        "nearest": calibration.iloc[-1].to_dict(),
         "sources": sources,
         "compared": {source: _resolved(dried, source) for source in compared},
         "green": {source: _mean(dried, source, "green_density") for source in sources},

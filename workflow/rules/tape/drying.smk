@@ -86,7 +86,7 @@ rule plot_drying:
 
 
 rule calibrate_drying:
-    """Find the friction at which a tape has the measured green density."""
+    """Dry one slurry at the ends of friction, and find the friction for a measured green density."""
     input:
         **code("tape/calibrate_drying"),
         lammps=lammps_scripts("dry"),
@@ -102,14 +102,14 @@ rule calibrate_drying:
     resources:
         **LAMMPS_JOB,
         mem_mb=lambda wildcards, attempt: slurry_mb(calibration_tape(), attempt),
-        runtime=lambda wildcards, attempt: 9 * drying_minutes(calibration_tape(), attempt),
+        runtime=lambda wildcards, attempt: (2 if GREEN is None else 9) * drying_minutes(calibration_tape(), attempt),
     params:
         settings=section(drying_settings()),
-        green_density_g_cm3=config["drying"]["green_density_g_cm3"],
+        green=[] if GREEN is None else ["--green-density-g-cm3", GREEN],
         work=f"{RESULTS}/tape/calibration_work",
     shell:
         "python {input.script:q} --structure {input.structure:q} --inputs {input.inputs:q} --settings {params.settings:q}"
-        " --green-density-g-cm3 {params.green_density_g_cm3} --work {params.work:q}"
+        " {params.green:q} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --table {output.table:q}"
         " 2>&1 | tee {log:q}"

@@ -42,6 +42,7 @@ def sources_of(slurry):
 # Those that this run has. Whether the main job dries anything: there are sources and slurries for them.
 DRIED = [source for source in config["drying"]["sources"] if source in ["dem", *SURROGATES]]
 HAS_TAPES = any(map(dried_slurries, DRIED))
+GREEN = config["drying"]["green_density_g_cm3"]  # measured, None if not
 # Whether tapes of surrogates are judged beside those of the DEM.
 JUDGES_TAPES = bool("dem" in DRIED and DRIED[1:] and with_role("test"))
 
@@ -75,7 +76,5 @@ def tapes(path, **wildcards):
 
 def calibration_tape():
     """Source and slurry of the tape that the friction is calibrated on, the first one, as wildcards."""
-    if config["drying"]["green_density_g_cm3"] is None:
-        raise WorkflowError("drying.green_density_g_cm3 = null: must be the measured green density for this target")
     source, slurry = tapes("{source} {slurry}")[0].split(" ")
     return types.SimpleNamespace(source=source, slurry=slurry)
