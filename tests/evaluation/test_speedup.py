@@ -101,6 +101,23 @@ def test_a_slurry_without_a_dem_costs_its_chain():
         compare_costs(costs, EQUILIBRIUM[:0], {}, {"direct": 100})
 
 
+def test_a_tape_costs_its_drying_and_its_measures_from_either_way():
+    costs = cost_table()
+    record = costs[(costs.stage == "relax_slurry") & (costs.slurry == "2")].iloc[[0]]
+    tapes = [
+        record.assign(surrogate=label, stage=stage, wall_s=seconds)
+        for label, drying in (("net", 3.0), ("-", 4.0))
+        for stage, seconds in (("dry_slurry", drying), ("measure_microstructure", 1.0), ("measure_microstructure", 1.5))
+    ]
+    rows = compare_costs(pd.concat([costs, *tapes]), EQUILIBRIUM, RUNS, STEPS).set_index(["surrogate", "slurry"])
+    with_tape, without = rows.loc["net", "2"], rows.loc["net", "6"]
+    assert (with_tape.dry_slurry, with_tape.measure_microstructure) == (3.0, 2.5)
+    assert with_tape.hybrid_to_tape == pytest.approx(with_tape.hybrid + 5.5)
+    assert with_tape.dem_to_tape == pytest.approx(with_tape.dem + 6.5)
+    assert with_tape.ratio_to_tape == pytest.approx(with_tape.dem_to_tape / with_tape.hybrid_to_tape)
+    assert np.isnan(without[["dry_slurry", "hybrid_to_tape", "dem_to_tape", "ratio_to_tape"]].astype(float)).all()
+
+
 def test_clocks_are_kept_apart():
     wall, cpu = (compare_costs(cost_table(), EQUILIBRIUM, RUNS, STEPS, clock) for clock in ("wall_s", "cpu_s"))
     np.testing.assert_allclose(cpu.hybrid, wall.hybrid / 2)

@@ -28,6 +28,8 @@ HYBRID_PARTS = {
     "wrap_slurry": "wrapping",
     "relax_slurry": "relaxation",
 }
+# what follows for a tape, from either way to the slurry
+TAPE_PARTS = {"dry_slurry": "drying", "measure_microstructure": "measures"}
 # of all training slurries together
 DATASET_STAGES = ("assemble_dataset", "measure_packing")
 TRAINING_STAGES = ("train_surrogate", "fit_surrogate")
@@ -131,10 +133,11 @@ def compare_costs(
     -------
     One row for each surrogate and slurry that went through the hybrid chain, in the order of `costs`, with the columns
     surrogate, slurry, clock, particles, one for each stage of HYBRID_PARTS, hybrid (their sum), dem (full run, inputs
-    included), dem_to_equilibrium (the same), ratio (dem / hybrid) and ratio_to_equilibrium. dem and ratio are
+    included), dem_to_equilibrium (the same), ratio (dem / hybrid) and ratio_to_equilibrium; and of the tape, the stages
+    of TAPE_PARTS, hybrid_to_tape and dem_to_tape (all up to its measures), and ratio_to_tape. dem and ratio are
     NaN for slurries of role new, whose DEM is not run to the end or not at all; dem_to_equilibrium and
     ratio_to_equilibrium are NaN for these too, and for slurries with a warning, which are not in equilibrium at their
-    end.
+    end. What belongs to tapes is NaN where the slurry was not dried.
 
     Raises
     ------
@@ -166,6 +169,16 @@ def compare_costs(
             if end and not np.isnan(end.time_to_equilibrium_us) and not end.warning:
                 settled = run["steps"] * end.time_to_equilibrium_us / end.run_time_us
                 row["dem_to_equilibrium"] = row["generate_inputs"] + dem_seconds(run, settled, clock)
+            tapes = costs[(costs.slurry == slurry) & costs.stage.isin(TAPE_PARTS)].pivot_table(
+                clock, "surrogate", "stage", "sum"
+            )
+            of_tape, of_dem_tape = (
+                tapes.reindex([label], columns=list(TAPE_PARTS)).iloc[0] for label in (surrogate, "-")
+            )
+            row |= {part: float(of_tape[part]) for part in TAPE_PARTS}
+            row["hybrid_to_tape"] = row["hybrid"] + sum(of_tape)
+            row["dem_to_tape"] = row["dem"] + sum(of_dem_tape)
+            row["ratio_to_tape"] = row["dem_to_tape"] / row["hybrid_to_tape"]
             row["ratio"] = row["dem"] / row["hybrid"]
             row["ratio_to_equilibrium"] = row["dem_to_equilibrium"] / row["hybrid"]
             rows.append(row)

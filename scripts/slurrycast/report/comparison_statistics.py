@@ -5,7 +5,7 @@ from itertools import chain, product
 
 import numpy as np
 
-from slurrycast.evaluation.speedup import HYBRID_PARTS, time_unit
+from slurrycast.evaluation.speedup import HYBRID_PARTS, TAPE_PARTS, time_unit
 from slurrycast.report import reference_article as article
 from slurrycast.report.formats import number, numbers, widest
 from slurrycast.report.names import pair_name
@@ -155,6 +155,8 @@ def costs(results: Results) -> dict:
     length_s, unit = time_unit(shown[["dem", "hybrid"]].max(axis=None))
     part_names = {part: name for part, name in HYBRID_PARTS.items() if shown[part].any()}
     columns = [*part_names, "hybrid", *(["dem", "dem_to_equilibrium"] if shown.dem.notna().any() else [])]
+    tape_columns = [*TAPE_PARTS, "hybrid_to_tape", "dem_to_tape"] if shown.hybrid_to_tape.notna().any() else []
+    columns += tape_columns
     parts = [[name, *(shown.loc[shown.surrogate == name, columns].mean() / length_s)] for name in results.surrogates]
 
     known = shown.dropna(subset=["ratio"]).groupby("surrogate", sort=False)
@@ -174,6 +176,7 @@ def costs(results: Results) -> dict:
         "unit": unit,
         "part_names": list(part_names.values()),
         "parts": parts,
+        "tapes": bool(tape_columns),
         "ratios": list(known.ratio),
         "early_ratios": [(name, early.dropna()) for name, early in known.ratio_to_equilibrium if early.notna().any()],
         "largest_parts": [(name, HYBRID_PARTS[row.idxmax()], row.max()) for name, row in shares.iterrows()],
