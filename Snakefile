@@ -92,8 +92,9 @@ rule tapes:
         rules.measure_drying.output.table,
         rules.calibrate_drying.output.table,
         rules.tabulate_microstructure.output.table,
+        expand(rules.render_tape.output.figure, slurry=PICTURED_TAPES),
         rules.plot_drying.output.figure,
-        expand(rules.plot_tape.output.figure, slurry=with_role("test", "new")[:1]),
+        expand(rules.plot_tape.output.figure, slurry=SHOWN_TAPES),
     localrule: True
 
 

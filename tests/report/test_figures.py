@@ -21,6 +21,7 @@ import render_slurry
 from pictures import check_saved, is_drawn, recorded_calls
 from script_runs import run_script
 from slurrycast.analysis.errors import coordinate_errors
+from slurrycast.report import rendering
 from slurrycast.report.figures import (
     FURTHER_PHASE_COLOURS,
     FURTHER_SURROGATE_COLOURS,
@@ -69,7 +70,7 @@ def structures(tmp_path) -> dict[str, Path]:
     return {name: write_store(tmp_path / f"{name}.h5", of_file, slurry) for name, of_file in frames.items()}
 
 
-def draw(script: ModuleType, figure: Path, **options: object) -> str:
+def draw(script: str | ModuleType, figure: Path, **options: object) -> str:
     """Run a script that draws a figure, and look at it; what it says on the way."""
     done = run_script(script, **options, figure=figure)
     assert done.returncode == 0, done.stderr
@@ -294,11 +295,11 @@ def test_coordinates_show_the_errors_of_the_table(tmp_path, structures, monkeypa
 
 
 def test_view_is_orthonormal_and_holds_every_box(structures):
-    view = render_slurry.view_axes()
+    view = rendering.view_axes()
     assert np.allclose(view @ view.T, np.eye(3))
     assert np.linalg.det(view) == pytest.approx(1)
-    shown = [render_slurry.read_structure(path, name) for name, path in structures.items()]
-    half_um = render_slurry.half_size_um(shown)
+    shown = [rendering.read_structure(path, name) for name, path in structures.items()]
+    half_um = rendering.half_size_um(shown)
     for structure in shown:
         assert np.all(np.abs(structure.position_um) <= structure.edges_um / 2)
         assert np.all(np.abs(structure.position_um @ view[:2].T) + structure.particles.radius_um[:, None] <= half_um)
@@ -307,7 +308,7 @@ def test_view_is_orthonormal_and_holds_every_box(structures):
 @pytest.mark.parametrize("rendered", [True, False])
 def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch, rendered):
     if not rendered:
-        monkeypatch.setattr(render_slurry, "rendered_by_child", lambda *_: False)
+        monkeypatch.setattr(rendering, "rendered_by_child", lambda *_: False)
     shown = {name: structures[name] for name in ("frames", "predicted", "relaxed")}
     said = draw(render_slurry, tmp_path / "slurry.png", **shown, target_frame=120)
     assert rendered or "Matplotlib" in said
@@ -319,17 +320,38 @@ def end_with_a_crash(_structures, _half_um, paths):
 
 
 def test_a_crash_of_the_renderer_is_survived(structures, monkeypatch, tmp_path):
-    monkeypatch.setattr(render_slurry, "render_with_pyvista", end_with_a_crash)
-    structure = render_slurry.read_structure(structures["relaxed"], "Relaxed")
-    half_um = render_slurry.half_size_um([structure])
+    monkeypatch.setattr(rendering, "render_with_pyvista", end_with_a_crash)
+    structure = rendering.read_structure(structures["relaxed"], "Relaxed")
+    half_um = rendering.half_size_um([structure])
     picture = tmp_path / "picture.png"
-    assert not render_slurry.rendered_by_child([structure], half_um, [picture])
+    assert not rendering.rendered_by_child([structure], half_um, [picture])
     assert picture.is_file()
 
 
 def test_a_new_slurry_has_no_target_panel(structures):
-    shown = [render_slurry.read_structure(structures[name], name) for name in ("predicted", "relaxed")]
-    figure = render_slurry.draw_slurry(shown, None)
+    shown = [rendering.read_structure(structures[name], name) for name in ("predicted", "relaxed")]
+    figure = rendering.draw_structures(shown, None)
     assert [axes.get_title() for axes in figure.axes] == ["predicted", "relaxed"]
     thickness = [text.get_text().strip() for axes in figure.axes for text in axes.texts if "L_z" in text.get_text()]
     assert thickness == ["$L_z$ = 6.60 µm", "$L_z$ = 6.00 µm"]
+
+
+@pytest.mark.parametrize("sources", [["dem"], ["net", "dem"]])
+def test_a_slurry_and_its_tapes_lie_on_one_carrier(tmp_path, structures, monkeypatch, sources):
+    monkeypatch.setattr(rendering, "rendered_by_child", lambda *_: False)
+    calls = recorded_calls(monkeypatch, rendering, "draw_structures")
+    tapes = [structures[name] for name in ("relaxed", "predicted")][: len(sources)]
+    options = {"slurry": structures["other"], "slurry_source": "dem", "sources": sources, "tapes": tapes}
+    draw("render_tape", tmp_path / "render_tape_1.png", **options)
+    ((shown, _), figure) = calls[0]
+    titles = ["Slurry (DEM)", *(f"Tape ({source.replace('dem', 'DEM')})" for source in sources)]
+    assert [axes.get_title() for axes in figure.axes] == titles
+    lowest_um = -max(structure.edges_um[2] for structure in shown) / 2
+    for structure in shown:
+        assert np.allclose(structure.lower_um, [*(-structure.edges_um[:2] / 2), lowest_um])
+        assert np.allclose(structure.corners_um[-1], structure.lower_um + structure.edges_um)
+        inside = structure.position_um - structure.lower_um
+        assert np.all((inside >= 0) & (inside <= structure.edges_um))
+        half_um = rendering.half_size_um(shown)
+        seen = structure.position_um @ rendering.view_axes()[:2].T
+        assert np.all(np.abs(seen) + structure.particles.radius_um[:, None] <= half_um)

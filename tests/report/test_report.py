@@ -391,6 +391,18 @@ def test_training_range_is_shown_where_a_slurry_is_outside(results):
     assert "No predicted slurry lies outside" not in page.text
 
 
+def test_tapes_are_shown_from_their_pictures_to_their_pores(results):
+    columns = ["source", "slurry", "stage", "quantity", "value", "unit", "dem_value"]
+    values = [("green_density", 3.0, "g/cm3"), ("shrinkage", 0.25, "1")]
+    tapes = pd.DataFrame([("dem", "2", "tape", *value, value[1]) for value in values], columns=columns)
+    stems = ["tape_2", "drying", "render_tape_2"]
+    figures = dict.fromkeys(stems, results.figures["slurry_net_N1"]) | results.figures
+    page = page_of(replace(results, microstructure=tapes, figures=figures))
+    assert page.images == len(figures)
+    captions = [text.split(" ")[2:4] for text in page.all("figcaption") if text.startswith("Fig. T")]
+    assert captions == [["Slurry", "2"], ["Thickness,", "density"], ["Pore", "sizes"]]
+
+
 def test_all_figures_of_a_run_with_new_slurries_only_are_shown(results):
     costs = results.costs[results.costs.stage != "train_surrogate"]
     figures = {stem: path for stem, path in results.figures.items() if stem != "coordinates_2"}

@@ -194,6 +194,25 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     assert json.loads(settings).keys() == (load("config")["drying"].keys() | shared) - others
 
 
+@pytest.mark.parametrize(
+    ("sources", "shown", "slurry"),
+    [
+        (["dem"], "1", "frames/1.h5 --slurry-source dem --sources dem"),
+        (["direct", "dem"], "N1", "hybrid/direct/N1/relaxed.h5 --slurry-source direct --sources direct"),
+    ],
+)
+def test_pictures_are_of_the_first_slurry_that_has_a_tape(tmp_path, sources, shown, slurry):
+    """The DEM of a slurry of role `new` is not dried; without pictures of slurries there are none of tapes."""
+    table = write_slurries(tmp_path / "slurries.tsv", [("N1", "new"), ("1", "test")])
+    for pictures in (["direct"], []):
+        drawing = {"surrogate": {"names": ["direct"]}, "report": {"pictures": pictures}}
+        done = plan(own(tmp_path, slurries=table, drying={"sources": sources}, **drawing), "all", "tapes")
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert f"--figure results/plan_{tmp_path.name}/figures/tape_{shown}.png" in done.stdout
+        rendered = re.findall(r"render_tape.py --slurry \S*?results/[^/]+/(.*) --tapes", done.stdout)
+        assert rendered == ([slurry] if pictures else [])
+
+
 @pytest.mark.parametrize("sources", ["[]", '["linear"]'])
 def test_sources_that_cannot_be_dried(tmp_path, sources):
     config = own(tmp_path, drying={"sources": json.loads(sources)}, surrogate={"names": ["affine"]})

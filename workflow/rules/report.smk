@@ -269,8 +269,9 @@ rule write_report:
             rules.plot_density.output.figure,
             rules.plot_rdf.output.figure,
             *([rules.plot_costs.output.figure] if TRACKED or HELD_OUT else []),
+            *expand(rules.render_tape.output.figure, slurry=PICTURED_TAPES),
             *([rules.plot_drying.output.figure] if HAS_TAPES else []),
-            *expand(rules.plot_tape.output.figure, slurry=with_role("test", "new")[:1] if HAS_TAPES else []),
+            *expand(rules.plot_tape.output.figure, slurry=SHOWN_TAPES),
         ],
     output:
         report=reported("report.html", "report", "Report"),

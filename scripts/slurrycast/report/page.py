@@ -35,7 +35,7 @@ def picture(path: Path) -> Picture:
     content, kind = path.read_bytes(), "png"
     with Image.open(path) as image:
         width_px = round(image.width * CSS_PIXELS_PER_PIXEL)
-        if path.name.startswith("slurry_"):
+        if path.name.startswith(("slurry_", "render_tape_")):
             buffer = io.BytesIO()
             image.convert("RGB").save(buffer, "WEBP", quality=88)
             content, kind = buffer.getvalue(), "webp"

@@ -7,6 +7,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     tape/{source}/{slurry}/dried.data, dried.h5, drying.csv
+    figures/render_tape_<slurry>.png of the first slurry that is dried
 """
 
 
@@ -83,6 +84,34 @@ rule plot_drying:
         sources=lambda wildcards, input: [Path(table).parts[-3] for table in input.drying],
     shell:
         "python {input.script:q} --sources {params.sources:q} --drying {input.drying:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
+
+
+rule render_tape:
+    """Draw a slurry and its tapes in 3D."""
+    input:
+        **code("tape/render_tape"),
+        slurry=lambda wildcards: equilibrated(
+            types.SimpleNamespace(source=pictured_source(wildcards.slurry), slurry=wildcards.slurry)
+        ),
+        tapes=lambda wildcards: expand(
+            rules.dry_slurry.output.dried, source=sources_of(wildcards.slurry), slurry=wildcards.slurry
+        ),
+    output:
+        figure=reported("figures/render_tape_{slurry}.png", "tape_pictures", "Tape", slurry="{slurry}", figure="3D"),
+    log:
+        f"{RESULTS}/logs/render_tape/{{slurry}}.log",
+    conda:
+        "../../../envs/analysis.yaml"
+    resources:
+        mem_mb=slurry_mb,
+        runtime=structure_minutes,
+    params:
+        slurry_source=lambda wildcards: pictured_source(wildcards.slurry),
+        sources=lambda wildcards: sources_of(wildcards.slurry),
+    shell:
+        "python {input.script:q} --slurry {input.slurry:q} --slurry-source {params.slurry_source:q}"
+        " --sources {params.sources:q} --tapes {input.tapes:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
 
 
 rule calibrate_drying:

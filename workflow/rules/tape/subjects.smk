@@ -3,7 +3,7 @@
 REQUIRED INPUTS:
     config[drying], config[relaxation], the slurry table
 
-OUTPUTS: functions
+OUTPUTS: functions and lists
 """
 
 
@@ -45,6 +45,13 @@ HAS_TAPES = any(map(dried_slurries, DRIED))
 GREEN = config["drying"]["green_density_g_cm3"]  # measured, None if not
 # Whether tapes of surrogates are judged beside those of the DEM.
 JUDGES_TAPES = bool("dem" in DRIED and DRIED[1:] and with_role("test"))
+SHOWN_TAPES = [slurry for slurry in with_role("test", "new") if sources_of(slurry)][:1]  # in figures of one slurry
+PICTURED_TAPES = SHOWN_TAPES if PICTURED else []
+
+
+def pictured_source(slurry):
+    """Source of the slurry that is shown beside its tapes: the DEM, if that is dried."""
+    return min(sources_of(slurry), key=lambda source: source != "dem")
 
 
 def microstructure_options(wildcards):
