@@ -9,8 +9,8 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
 def named(stage: str, source: str) -> str:
-    """Title of a picture."""
-    return f"{stage} ({'DEM' if source == 'dem' else source})"
+    """Title of a picture, in two lines, since labels of surrogates may be long."""
+    return f"{stage}\n{'DEM' if source == 'dem' else source}"
 
 
 def add_options(parser: Parser) -> None:

@@ -344,7 +344,7 @@ def test_a_slurry_and_its_tapes_lie_on_one_carrier(tmp_path, structures, monkeyp
     options = {"slurry": structures["other"], "slurry_source": "dem", "sources": sources, "tapes": tapes}
     draw("render_tape", tmp_path / "render_tape_1.png", **options)
     ((shown, _), figure) = calls[0]
-    titles = ["Slurry (DEM)", *(f"Tape ({source.replace('dem', 'DEM')})" for source in sources)]
+    titles = ["Slurry\nDEM", *(f"Tape\n{source.replace('dem', 'DEM')}" for source in sources)]
     assert [axes.get_title() for axes in figure.axes] == titles
     lowest_um = -max(structure.edges_um[2] for structure in shown) / 2
     for structure in shown:
