@@ -17,7 +17,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 
-from slurrycast.analysis.microstructure import Quantities, microstructure, void_tortuosity
+from slurrycast.analysis.microstructure import MEDIA, Quantities, microstructure, tortuosities
+from slurrycast.analysis.tortuosity import LEAST_SPACINGS
 from slurrycast.analysis.voxels import phase_shares, write_voxels
 from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames
 from slurrycast.data.tables import write_table
@@ -60,12 +61,26 @@ def add_options(parser: Parser) -> None:
         nargs="*",
         default=[],
     )
+    parser.add_value(
+        "--tortuosity-axes", "directions of its diffusion", nargs="+", choices=["x", "y", "z"], default=["z"]
+    )
+    parser.add_value(
+        "--tortuosity-of", "what it passes; nonceramic: void and organics", nargs="+", choices=MEDIA, default=["void"]
+    )
+    parser.add_value("--tortuosity-extrapolated", "to voxels of edge 0 too", action="store_true", default=False)
     parser.add_output("--table", "quantities (CSV)")
     parser.add_output("--profile", "shares along z (CSV)", required=False)
     parser.add_output("--pores", "distribution of the pore size (CSV)", required=False)
     parser.add_output("--properties", "what models of cells ask for (JSON)", required=False)
     parser.add_output("--voxels", "voxel image (HDF5)", required=False)
     parser.add_output("--cost", "cost record (JSON)")
+    parser.add_check(too_few_spacings)
+
+
+def too_few_spacings(args: Namespace) -> str | None:
+    """What is wrong with the spacings, if anything is."""
+    enough = not args.tortuosity_extrapolated or len(set(args.tortuosity_spacings_um)) >= LEAST_SPACINGS
+    return None if enough else f"--tortuosity-extrapolated needs {LEAST_SPACINGS} --tortuosity-spacings-um or more"
 
 
 def check_slurry(store: FrameStore, inputs: dict) -> None:
@@ -137,8 +152,8 @@ def main(args: Namespace) -> None:
         )
         if stage == "tape":
             quantities |= thickness(attributes, args.wet_thickness_um)
-        for spacing_um in args.tortuosity_spacings_um:
-            quantities[f"tortuosity_z_{spacing_um:g}um"] = (void_tortuosity(frame, particles, spacing_um), "1")
+        along, of, limit = args.tortuosity_axes, args.tortuosity_of, args.tortuosity_extrapolated
+        quantities |= tortuosities(frame, particles, args.organic, args.tortuosity_spacings_um, along, of, limit)
         rows = [names | {"quantity": name, "value": value, "unit": unit} for name, (value, unit) in quantities.items()]
         write_table(args.table, rows)
         if args.profile:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from slurrycast.analysis.tortuosity import conducting, tortuosity
+from slurrycast.analysis.tortuosity import conducting, limit_of_fine_voxels, tortuosity
+from slurrycast.runtime.files import InputError
 
 CUBES_UM = np.full(3, 0.1)
 
@@ -58,6 +59,16 @@ def test_no_way_through():
     void[:, :, 3] = False
     assert np.isnan(tortuosity(void, CUBES_UM))
     assert np.isnan(tortuosity(np.zeros((3, 3, 3), dtype=bool), CUBES_UM))
+
+
+def test_extrapolation_to_voxels_of_no_size():
+    spacings_um = np.array([0.3, 0.1, 0.2])
+    assert limit_of_fine_voxels(spacings_um, 1.5 + 4 * spacings_um) == pytest.approx(1.5, rel=1e-12)
+    # Least squares: the mean of the factors less the slope, 1.5 / 0.2, times the mean of the spacings.
+    assert limit_of_fine_voxels([0.1, 0.2, 0.3], [2.0, 2.6, 3.5]) == pytest.approx(2.7 - 7.5 * 0.2, rel=1e-12)
+    assert np.isnan(limit_of_fine_voxels(spacings_um, [2.0, np.nan, 2.2]))
+    with pytest.raises(InputError, match="of 2 spacings: at least 3 are needed"):
+        limit_of_fine_voxels([0.1, 0.2, 0.1], [2.0, 2.6, 2.0])
 
 
 def test_equations_written_out_voxel_by_voxel():

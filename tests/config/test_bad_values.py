@@ -102,6 +102,11 @@ OUT_OF_RANGE = {
     "drying.force_field.friction": ("a number at least 0 and at most 100", [-0.5]),
     "drying.force_field.attraction_factor": ("a number at least 0 and at most 1000", [-1]),
     "drying.force_field.stiffness_factor": ("a number at least 0.01 and at most 1000", [0]),
+    "microstructure.tortuosity_axes": ("a list of at least one of x, y, z, each once", [[], ["z", "z"], "z"]),
+    "microstructure.tortuosity_axes[0]": ("one of x, y, z", ["Z"]),
+    "microstructure.tortuosity_of": ("a list of at least one of void, nonceramic, each once", [[], "void"]),
+    "microstructure.tortuosity_of[0]": ("one of void, nonceramic", ["pore"]),
+    "microstructure.tortuosity_extrapolated": ("true or false", ["yes"]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
     "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
@@ -316,6 +321,16 @@ def place(config: dict, path: str) -> tuple[dict | list, str | int]:
     for section in sections:
         config = config[section]
     return config, key
+
+
+def test_an_extrapolation_from_two_spacings(config):
+    config["microstructure"] |= {"tortuosity_spacings_um": [0.2, 0.1], "tortuosity_extrapolated": True}
+    assert check(config) == [
+        "microstructure.tortuosity_spacings_um = [0.2, 0.1]: must be at least 3 with "
+        "microstructure.tortuosity_extrapolated = true"
+    ]
+    config["microstructure"]["tortuosity_spacings_um"] = [0.2, 0.15, 0.1]
+    assert check(config) == []
 
 
 @pytest.mark.parametrize(("path", "value", "line"), BAD_VALUES)

@@ -104,6 +104,13 @@ def test_profile_image_and_properties_agree(measured):
         ({"solvent_mass_fraction": 1.1}, 2, "--solvent-mass-fraction: 1.1: must be 0 to 1"),
         ({"solvent_mass_fraction": "nan"}, 2, "nan: must be 0 to 1"),
         ({"tortuosity_spacings_um": [0.2, 0.05]}, 2, "--tortuosity-spacings-um: 0.05: must be 0.1 to 0.5"),
+        (
+            {"tortuosity_spacings_um": [0.2, 0.1], "tortuosity_extrapolated": []},
+            2,
+            "--tortuosity-extrapolated needs 3 --tortuosity-spacings-um or more",
+        ),
+        ({"tortuosity_axes": "xy"}, 2, "--tortuosity-axes: invalid choice: 'xy'"),
+        ({"tortuosity_of": ["void", "BDPD"]}, 2, "--tortuosity-of: invalid choice: 'BDPD'"),
         ({"spacing_um": "x"}, 2, "--spacing-um: x: must be 0.02 to 0.5"),
     ],
 )
@@ -123,14 +130,17 @@ def test_inputs_of_another_slurry_are_refused(slurry, tmp_path):
     assert "slurry A with" in done.stderr and "but the inputs are of slurry B with 7 particles" in done.stderr
 
 
-def test_of_a_large_structure_the_middle_layer_is_taken(monkeypatch):
+@pytest.mark.parametrize("axis", "xyz")
+def test_of_a_large_structure_the_middle_layer_is_taken(monkeypatch, axis):
     # A wall with a hole in the middle of the height, and open space elsewhere.
     edges_um = np.array([2.0, 2.0, 9.0])
     x, y = (places.ravel() for places in np.mgrid[0.125:2:0.25, 0.125:2:0.25])
-    wall = np.stack([x, y, np.full(len(x), 4.5)], axis=1)[8:]
-    some = particles(np.ones(len(wall), dtype=int), 0.2)
-    whole = void_tortuosity(frame(0, wall - edges_um * [0.5, 0.5, 0.5], edges_um), some, 0.1)
-    monkeypatch.setattr("slurrycast.analysis.microstructure.MOST_PARTICLES", len(wall) // 3)
-    layer = void_tortuosity(frame(0, wall - edges_um * [0.5, 0.5, 0.5], edges_um), some, 0.1)
+    wall_um = np.stack([x, y, np.full(len(x), 4.5)], axis=1)[8:] - edges_um / 2
+    some = particles(np.ones(len(wall_um), dtype=int), 0.2)
+    turned = np.roll(range(3), "xyz".index(axis) - 2)
+    across = frame(0, wall_um[:, turned], edges_um[turned])
+    whole = void_tortuosity(across, some, 0.1, axis)
+    monkeypatch.setattr("slurrycast.analysis.microstructure.MOST_PARTICLES", len(wall_um) // 3)
+    layer = void_tortuosity(across, some, 0.1, axis)
     assert MOST_PARTICLES == 10_000
     assert layer > 1.2 * whole > 1.2

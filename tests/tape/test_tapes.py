@@ -8,6 +8,7 @@ import pytest
 
 from script_runs import run_script, written
 from slurrycast.report import tape_statistics
+from slurrycast.report.names import tape_quantity
 from slurrycast.report.page import environment
 
 PARTICLES = {"1": 1000, "2": 4000, "3": 1000, "N": 500}
@@ -101,6 +102,16 @@ def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
     page = section("evaluation", "tape", figures={}, test=["1", "2", "3"], **found)
     assert "far are tapes like those of the DEM in 1 of 2 properties, and differ in void" in page
     assert tape_statistics.tape_verdicts(SimpleNamespace(tape_verdicts=None)) is None
+
+
+def test_each_tortuosity_is_shown_with_a_name_of_its_own():
+    names = {
+        "tortuosity_z_0.1um": "tortuosity factor of the void along z, voxels of 0.1 µm",
+        "tortuosity_x_extrapolated": "tortuosity factor of the void along x, extrapolated",
+        "tortuosity_nonceramic_y_0.2um": "tortuosity factor of void and organics along y, voxels of 0.2 µm",
+    }
+    assert tape_statistics.shown_quantities(pd.DataFrame({"quantity": list(names)})) == list(names)
+    assert {quantity: tape_quantity(quantity, "1") for quantity in names} == names
 
 
 def test_drying_is_drawn(tmp_path):

@@ -173,8 +173,14 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     """The DEM of a slurry of role `new` does not run to the end; bounds at the end do not repeat a drying."""
     rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]
     table = write_slurries(tmp_path / "slurries.tsv", rows)
-    drying = {"sources": ["dem", "affine"]}
-    done = plan(own(tmp_path, slurries=table, drying=drying, relaxation={"pressure_within": 0.0456}), "tapes")
+    sections = {"drying": {"sources": ["dem", "affine"]}, "relaxation": {"pressure_within": 0.0456}}
+    sections["microstructure"] = {
+        "tortuosity_spacings_um": [0.4, 0.3, 0.2],
+        "tortuosity_axes": ["z", "y"],
+        "tortuosity_of": ["nonceramic"],
+        "tortuosity_extrapolated": True,
+    }
+    done = plan(own(tmp_path, slurries=table, **sections), "tapes")
     assert done.returncode == 0, done.stdout + done.stderr
     dried = dict(re.findall(r"dry_slurry.py --structure (\S+) .* --dried \S*/tape/(\S+)/dried.h5", done.stdout))
     run = f"results/plan_{tmp_path.name}"
@@ -182,6 +188,8 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     of_affine = {f"{run}/hybrid/affine/{slurry}/relaxed.h5": f"affine/{slurry}" for slurry in ("1", "N1")}
     assert dried == of_dem | of_affine
     assert "--pressure-within 0.0456" in done.stdout
+    tortuosity = " --tortuosity-spacings-um 0.4 0.3 0.2 --tortuosity-axes z y --tortuosity-of nonceramic"
+    assert done.stdout.count(f"{tortuosity} --tortuosity-extrapolated --table") == 2  # of the first tape of each source
     (settings,) = set(re.findall(r"dry_slurry.py .*--settings '(.*?)'", done.stdout))
     shared = {"pressure_damping_steps", "start_thermal_share"}
     others = {

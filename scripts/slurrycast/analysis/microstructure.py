@@ -4,7 +4,7 @@ docs/tape.md defines each of them.
 """
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from slurrycast.analysis.coarseness import WINDOWS_UM, mixing_deviations, window
 from slurrycast.analysis.percolation import percolating_shares
 from slurrycast.analysis.pores import pore_sizes
 from slurrycast.analysis.structure import Contacts, find_contacts, lens_volume_um3, structure_measures
-from slurrycast.analysis.tortuosity import tortuosity
+from slurrycast.analysis.tortuosity import limit_of_fine_voxels, tortuosity
 from slurrycast.analysis.voxels import VOID, voxel_image
 from slurrycast.data.frames import Frame, Particles
 from slurrycast.dem.recipe import sphere_volume_um3
@@ -22,6 +22,7 @@ from slurrycast.runtime.files import InputError
 Quantities = dict[str, tuple[float, str]]
 
 MOST_PARTICLES = 10_000  # whose void diffusion passes; of larger structures a layer is taken
+MEDIA = ("void", "nonceramic")  # that diffusion passes: what no sphere fills, what no ceramic one does
 _SUMS = ("all", "ceramic", "nonceramic", "organic", "void")
 
 
@@ -157,16 +158,80 @@ def microstructure(
     return found, image, sizes
 
 
-def void_tortuosity(frame: Frame, particles: Particles, spacing_um: float) -> float:
-    """Tortuosity factor of the void along z on voxels of one spacing in um; NaN if the void has no way through.
+def void_tortuosity(
+    frame: Frame, particles: Particles, spacing_um: float, axis: str = "z", solid: np.ndarray | None = None
+) -> float:
+    """Tortuosity factor of what is void between particles.
 
-    Of a structure of n > `MOST_PARTICLES` the middle layer is taken, `MOST_PARTICLES` / n as thick and as wide as the
-    box, so that its sides stay periodic.
+    Of a structure of n > `MOST_PARTICLES` the middle layer across the axis is taken, `MOST_PARTICLES` / n as thick and
+    as wide as the box, so that its sides stay periodic.
+
+    Parameters
+    ----------
+    frame, particles
+        The structure.
+    spacing_um
+        Edge of a voxel.
+    axis
+        Direction of the diffusion: x, y or z. The sides along the other two are periodic.
+    solid
+        Mask (n,) of the particles that it does not pass; all by default.
+
+    Returns
+    -------
+    The factor, or NaN if no way leads through.
+
+    Raises
+    ------
+    InputError
+        If there are too many voxels (`voxel_shape`).
+    RunError
+        If the diffusion does not converge.
     """
+    solid = np.ones(len(particles), dtype=bool) if solid is None else solid
     box = (frame.lower_um, frame.edges_um)
-    void = voxel_image(frame.position_um, *box, particles.radius_um, particles.phase, spacing_um) == VOID
-    spacing = frame.edges_um / void.shape
+    image = voxel_image(frame.position_um[solid], *box, particles.radius_um[solid], particles.phase[solid], spacing_um)
+    order = sorted(range(3), key=lambda number: "xyz"[number] == axis)  # the axis last
+    void, spacing = (image == VOID).transpose(order), (frame.edges_um / image.shape)[order]
     layers = void.shape[2]
     taken = max(1, round(layers * min(1.0, MOST_PARTICLES / len(particles))))
     start = (layers - taken) // 2
     return tortuosity(void[:, :, start : start + taken], spacing)
+
+
+def tortuosities(
+    frame: Frame,
+    particles: Particles,
+    organic: str,
+    spacings_um: Sequence[float],
+    axes: Sequence[str] = ("z",),
+    media: Sequence[str] = ("void",),
+    with_limit: bool = False,
+) -> Quantities:
+    """Tortuosity factors of one structure by name, such as tortuosity_z_0.1um; NaN if no way leads through.
+
+    Parameters
+    ----------
+    frame, particles, organic
+        The structure, and the phase that is no ceramic.
+    spacings_um, axes
+        Edges of the voxels, and directions of the diffusion: x, y, z.
+    media
+        What it passes: of `MEDIA`.
+    with_limit
+        Whether to add the values for voxels of edge 0, `limit_of_fine_voxels`.
+
+    Raises
+    ------
+    InputError, RunError
+        As `ceramic_phases`, `void_tortuosity` and `limit_of_fine_voxels`.
+    """
+    solids = {"void": None, "nonceramic": _in_any(particles, ceramic_phases(particles, organic))}
+    found: Quantities = {}
+    for medium, axis in product(media, axes):
+        start = f"tortuosity_{axis}" if medium == "void" else f"tortuosity_{medium}_{axis}"
+        factors = [void_tortuosity(frame, particles, spacing, axis, solids[medium]) for spacing in spacings_um]
+        found |= {f"{start}_{h:g}um": (factor, "1") for h, factor in zip(spacings_um, factors, strict=True)}
+        if with_limit:
+            found[f"{start}_extrapolated"] = (limit_of_fine_voxels(spacings_um, factors), "1")
+    return found

@@ -9,13 +9,17 @@ with eps the volume share of the phase, isolated parts included, and Deff = (flu
 concentration). A phase of straight channels along z has tau = 1 (Cooper et al., SoftwareX 5, 203, 2016).
 """
 
-import numpy as np
+from collections.abc import Sequence
 
-from slurrycast.runtime.files import RunError
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from slurrycast.runtime.files import InputError, RunError
 
 _TOLERANCE = 1e-6  # of the residual; the flux is taken from the dissipation, whose error is of second order
 _MOST_ITERATIONS = 20_000
 _BLOCK = 6  # edge in voxels of the blocks of the coarse problem
+LEAST_SPACINGS = 3  # of an extrapolation: two would always lie on a line
 
 
 def conducting(phase: np.ndarray) -> np.ndarray:
@@ -68,6 +72,18 @@ def tortuosity(phase: np.ndarray, spacing_um: np.ndarray) -> float:
     flux = found @ (matrix @ found - 2 * inflow) + inflow.sum()
     width_um, depth_um, height_um = spacing_um * inside.shape
     return float(phase.mean() * width_um * depth_um / height_um / flux)
+
+
+def limit_of_fine_voxels(spacings_um: Sequence[float], factors: Sequence[float]) -> float:
+    """Tortuosity factor for voxels of edge 0: a line fitted to the factors over the spacings, at 0.
+
+    NaN if one of the factors is. InputError for fewer than `LEAST_SPACINGS` different spacings.
+    """
+    if len(set(spacings_um)) < LEAST_SPACINGS:
+        raise InputError(f"voxels of {len(set(spacings_um))} spacings: at least {LEAST_SPACINGS} are needed")
+    if np.isnan(factors).any():
+        return float("nan")
+    return float(Polynomial.fit(spacings_um, factors, 1)(0.0))
 
 
 def _equations(inside: np.ndarray, spacing_um: np.ndarray):

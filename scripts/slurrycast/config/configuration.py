@@ -62,6 +62,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "slurries formulation force_field drying dem.timestep_us dem.skin_um dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
+    drying_checks.extrapolation: "microstructure",
     dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }

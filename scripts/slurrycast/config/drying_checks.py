@@ -1,4 +1,4 @@
-"""Checks across keys that a schema cannot express: drying."""
+"""Checks across keys that a schema cannot express: drying, and the measures of tapes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -67,6 +67,17 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         yield from long_timestep(key, timestep_us, config["dem"], types, stiffness_kpa)
     if not any(box_edges(config, slurries)):
         yield from _thickness(config, slurries, wet, dry)
+
+
+def extrapolation(config: Mapping, _: Sequence[Slurry]) -> Iterator[str]:
+    """Yield a line if the tortuosity is to be extrapolated from too few spacings."""
+    settings = config["microstructure"]
+    spacings_um = settings["tortuosity_spacings_um"]
+    if settings["tortuosity_extrapolated"] and len(spacings_um) < 3:
+        yield (
+            f"microstructure.tortuosity_spacings_um = {shown(spacings_um)}: must be at least 3 with "
+            "microstructure.tortuosity_extrapolated = true"
+        )
 
 
 def _thickness(

@@ -88,10 +88,11 @@ def tape_quantity(quantity: str, unit: str) -> str:
     elif quantity.startswith("ceramic_share_sd_"):
         random, _, window = quantity.removeprefix("ceramic_share_sd_").rpartition("_")
         name = f"sd of the ceramic share in {window.removesuffix('um')} µm" + (", random mixture" if random else "")
-    elif quantity.startswith("tortuosity_z_"):
-        name = (
-            f"tortuosity factor of the void, voxels of {quantity.removeprefix('tortuosity_z_').removesuffix('um')} µm"
-        )
+    elif kind == "tortuosity":
+        *medium, axis, voxels = rest.split("_")
+        passed = "void and organics" if medium else "the void"
+        grid = voxels if voxels == "extrapolated" else f"voxels of {voxels.removesuffix('um')} µm"
+        name = f"tortuosity factor of {passed} along {axis}, {grid}"
     elif kind == "percolation":
         phase, _, axis = rest.rpartition("_")
         name = f"percolation, {phase} along {axis}"

@@ -23,7 +23,7 @@ QUANTITIES = (
     "percolation_",
     "pore_size_",
     "ceramic_share_sd_",
-    "tortuosity_z_",
+    "tortuosity_",
 )
 
 

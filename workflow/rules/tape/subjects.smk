@@ -66,6 +66,8 @@ def microstructure_options(wildcards):
     slurry = wildcards.slurry.rpartition("_r")[0] if wildcards.slurry in REPLICAS else wildcards.slurry
     if slurry in dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]:
         options += ["--tortuosity-spacings-um", *settings["tortuosity_spacings_um"]]
+        options += ["--tortuosity-axes", *settings["tortuosity_axes"], "--tortuosity-of", *settings["tortuosity_of"]]
+        options += ["--tortuosity-extrapolated"] * settings["tortuosity_extrapolated"]
     return options
 
 
