@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 
-from slurrycast.analysis.microstructure import MEDIA, Quantities, microstructure, tortuosities
+from slurrycast.analysis.microstructure import MEDIA, Quantities, ceramic_phases, microstructure, tortuosities
 from slurrycast.analysis.tortuosity import LEAST_SPACINGS
 from slurrycast.analysis.voxels import phase_shares, write_voxels
 from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames
@@ -111,28 +111,40 @@ def profile(image: np.ndarray, frame: Frame, particles: Particles) -> pd.DataFra
     return pd.concat(tables)
 
 
-def properties(quantities: Quantities, frame: Frame, particles: Particles) -> dict:
-    """What models of cells ask for, by name; None for what does not exist."""
+def properties(quantities: Quantities, frame: Frame, particles: Particles, organic: str) -> dict:
+    """What models of cells ask for, by name; None for what does not exist or is not known."""
     values = {name: None if math.isnan(value) else value for name, (value, _) in quantities.items()}
 
-    def named(start: str) -> dict:
-        return {name.removeprefix(start): value for name, value in values.items() if name.startswith(start)}
+    def named(start: str, end: str = "") -> dict:
+        return {
+            name.removeprefix(start).removesuffix(end): value
+            for name, value in values.items()
+            if name.startswith(start) and name.endswith(end)
+        }
 
     masks = {name: particles.in_phase(name) for name in particles.phase_names}
+    shares, ceramics = named("share_", "_union"), ceramic_phases(particles, organic)
+    ceramic_particles = sum(masks[name].sum() for name in ceramics)
+    contacts = values["contacts_ceramic"] * np.prod(frame.edges_um)
     return {
         "box_edges_um": frame.edges_um.tolist(),
+        "thickness_um": values.get("thickness"),
         "density_g_cm3": values["density"],
         "green_density_g_cm3": values["green_density"],
         "porosity": values["share_void_union"],
-        "volume_shares": {
-            name.removesuffix("_union"): share for name, share in named("share_").items() if name.endswith("_union")
-        },
+        "porosity_without_organics": values["share_nonceramic_filled"],
+        "volume_shares": shares,
+        "shares_of_ceramic_volume": {name: shares[name] / shares["ceramic"] for name in ceramics},
         "mean_radius_um": {name: float(particles.radius_um[m].mean()) for name, m in masks.items() if m.any()},
-        "coordination": named("coordination_"),
+        "coordination": named("coordination_") | {"ceramic": float(2 * contacts / ceramic_particles)},
         "contacts_per_um3": named("contacts_"),
         "percolation": named("percolation_"),
-        "pore_diameter_um": named("pore_size_") | {"voxel_spacing": values["voxel_spacing"]},
-        "tortuosity_factor_of_void": named("tortuosity_"),
+        "pore_diameter_um": named("pore_size_"),
+        "pore_diameter_voxel_um": values["voxel_spacing"],
+        "tortuosity_factor_of_void": {
+            name: value for name, value in named("tortuosity_").items() if not name.startswith("nonceramic_")
+        },
+        "tortuosity_factor_without_organics": named("tortuosity_nonceramic_"),
     }
 
 
@@ -164,7 +176,8 @@ def main(args: Namespace) -> None:
             ]
             write_table(args.pores, shares)
         if args.properties:
-            write_text(args.properties, json.dumps(properties(quantities, frame, particles), indent=1) + "\n")
+            cell = properties(quantities, frame, particles, args.organic)
+            write_text(args.properties, json.dumps(cell, indent=1) + "\n")
         if args.voxels:
             write_voxels(args.voxels, image, frame.edges_um, particles.phase_names)
 

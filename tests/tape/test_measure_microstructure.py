@@ -6,12 +6,13 @@ from subprocess import CompletedProcess
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from script_runs import run_script
 from slurrycast.analysis.microstructure import MOST_PARTICLES, void_tortuosity
 from slurrycast.analysis.structure import structure_measures
-from slurrycast.data.frames import read_frames
+from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.tables import read_table
 from slurrycast.runtime.costs import read_cost
 from structures import frame, particles
@@ -79,7 +80,7 @@ def test_quantities(slurry, measured):
     assert read_cost(measured / "cost.json").particles == len(some)
 
 
-def test_profile_image_and_properties_agree(measured):
+def test_profile_and_image_agree(measured):
     value = read_table(measured / "table.csv").set_index("quantity").value
     profile = read_table(measured / "z.csv")
     with h5py.File(measured / "image.h5") as file:
@@ -89,12 +90,49 @@ def test_profile_image_and_properties_agree(measured):
         shares = profile[profile.phase == name].share
         np.testing.assert_allclose(shares, np.mean(image == code, axis=(0, 1)), rtol=1e-8)
     assert np.mean(image == 0) == pytest.approx(value.share_void_union, abs=0.01)
+
+
+def test_what_models_of_cells_ask_for(slurry, measured):
+    value = read_table(measured / "table.csv").set_index("quantity").value
     cell = json.loads((measured / "cell.json").read_text())
+    with read_frames(slurry / "frames.h5") as store:
+        some = store.particles
+    number = {name: some.in_phase(name).sum() for name in ("NiO", "8YSZ")}
     assert cell["porosity"] == pytest.approx(value.share_void_union, rel=1e-8)
+    assert cell["porosity_without_organics"] == pytest.approx(value.share_nonceramic_filled, rel=1e-8)
     assert cell["volume_shares"]["NiO"] == pytest.approx(value.share_NiO_union, rel=1e-8)
-    assert cell["tortuosity_factor_of_void"]["z_0.1um"] == pytest.approx(value["tortuosity_z_0.1um"], rel=1e-8)
+    of_ceramic = cell["shares_of_ceramic_volume"]
+    assert of_ceramic.keys() == number.keys() and sum(of_ceramic.values()) == pytest.approx(1, abs=1e-12)
+    assert of_ceramic["NiO"] / of_ceramic["8YSZ"] == pytest.approx(value.share_NiO_union / value.share_8YSZ_union)
     assert cell["coordination"]["NiO-8YSZ"] == pytest.approx(value["coordination_NiO-8YSZ"], rel=1e-8)
+    among = sum(value[f"coordination_{name}-{name}"] * number[name] for name in number)
+    between = 2 * value["coordination_NiO-8YSZ"] * number["NiO"]
+    expected = (among + between) / sum(number.values())
+    assert cell["coordination"]["ceramic"] == pytest.approx(expected, rel=1e-8)
     assert cell["mean_radius_um"]["BDPD"] == pytest.approx(0.55)
+    assert cell["pore_diameter_um"].keys() == {"mean", "d10", "d90"} and cell["pore_diameter_voxel_um"] == 0.1
+    factors = cell["tortuosity_factor_of_void"]
+    assert factors == pytest.approx({f"z_{h}um": value[f"tortuosity_z_{h}um"] for h in ("0.1", "0.125")}, rel=1e-8)
+    assert (cell["tortuosity_factor_without_organics"], cell["thickness_um"]) == ({}, None)
+
+
+def test_a_tape_has_the_thickness_that_its_cast_film_gives_it(slurry, tmp_path):
+    tape, outputs = tmp_path / "dried.h5", tmp_path / "measured"
+    outputs.mkdir()
+    with read_frames(slurry / "frames.h5") as store:
+        attributes = store.attributes | {"slurry_thickness_um": 8.0, "tape_thickness_um": 6.0}
+        write_frames(tape, store.particles, [store.frame(store.last)], attributes)
+    options = {"wet_thickness_um": 100, "spacing_um": 0.3, "tortuosity_spacings_um": [0.3, 0.4]}
+    options |= {"tortuosity_of": ["nonceramic", "void"], "tortuosity_axes": ["x", "z"]}
+    done = measure(slurry, outputs, structure=tape, **options)
+    assert done.returncode == 0, done.stderr
+    value = read_table(outputs / "table.csv").set_index("quantity").value
+    cell = json.loads((outputs / "cell.json").read_text())
+    assert [value.shrinkage, value.thickness, cell["thickness_um"]] == pytest.approx([0.25, 75, 75])
+    for name, start in (("of_void", "tortuosity"), ("without_organics", "tortuosity_nonceramic")):
+        found = {key: value[f"{start}_{key}"] for key in ("x_0.3um", "x_0.4um", "z_0.3um", "z_0.4um")}
+        factors = pd.Series(cell[f"tortuosity_factor_{name}"], dtype=float)
+        assert dict(factors) == pytest.approx(found, rel=1e-8, nan_ok=True)
 
 
 @pytest.mark.parametrize(
