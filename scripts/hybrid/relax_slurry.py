@@ -19,10 +19,11 @@ import numpy as np
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
-from slurrycast.dem.relaxation import end_state, start_temperature_k
+from slurrycast.dem.particles import total_volume_um3
+from slurrycast.dem.relaxation import end_state, explained, start_temperature_k
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import moved_into_place
+from slurrycast.runtime.files import RunError, moved_into_place
 from slurrycast.runtime.work_folder import work_folder
 
 
@@ -73,11 +74,16 @@ def main(args: Namespace) -> None:
             ):
                 shutil.copyfile(source, work / name)
             progress = Progress(f"{slurry} relaxation", 0, steps, print)
-            run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
-            log = run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
+            volume_before_um3 = np.prod(store.box(store.last)[1])
+            pushed = run_lammps(launcher, "push_off.lmp", variables, work, "push_off.log")
+            try:
+                log = run_lammps(launcher, "relax.lmp", variables, work, "relax.log", progress)
+            except RunError as error:
+                packing_fraction = total_volume_um3(store.particles) / volume_before_um3
+                raise explained(error, pushed, slurry, packing_fraction) from error
             (dump,) = read_dump(work / "relaxed.dump")
             frame = as_frame(dump, store.last, dem["timestep_us"])
-            volume_before_um3, volume_um3 = np.prod(store.box(store.last)[1]), np.prod(frame.edges_um)
+            volume_um3 = np.prod(frame.edges_um)
             attributes = {
                 **store.attributes,
                 "stage": "relaxed",

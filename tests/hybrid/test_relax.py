@@ -9,6 +9,7 @@ import pytest
 from data_files import atoms, bounds_um
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.periodic import wrap
+from slurrycast.dem.particles import total_volume_um3
 from structures import frame
 
 SETTINGS = {"steps": 3000, "push_off_iterations": 200, "pressure_damping_steps": 1500, "start_thermal_share": 2.5e-4}
@@ -114,3 +115,23 @@ def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, rel
     assert result.stderr.startswith("error: LAMMPS: ERROR: ")
     assert result.stderr.endswith(f"; log: {tmp_path / 'work folder' / 'relax.log'}\n")
     assert [path.name for path in tmp_path.iterdir()] == ["work folder"]
+
+
+@pytest.mark.parametrize(("scale", "ends"), [(0.9, True), (0.6, False)])
+def test_a_box_too_small_to_push_the_particles_apart(slurry, command, relax_command, tmp_path, scale, ends):
+    """A box a little too small comes to rest with what overlaps are left, a smaller one does not."""
+    inputs, outputs = tmp_path / "inputs", tmp_path / "outputs"
+    with read_frames(slurry / "frames.h5") as store:
+        small = frame(120, scale * store.position_um(120), scale * store.box(120)[1])
+        packing = total_volume_um3(store.particles) / np.prod(small.edges_um)
+        attributes = {"slurry": "A", "surrogate": "small", "stage": "predicted", "box_scale": scale}
+        write_frames(inputs / "predicted.h5", store.particles, [small], attributes)
+    files = {"wrapped": inputs / "wrapped.data", "predicted": inputs / "predicted.h5", "inputs": slurry / "inputs.json"}
+    subprocess.run(command("wrap_slurry", **files, cost=inputs / "cost.json"), check=True)
+    result = subprocess.run(relax_command(inputs, outputs), capture_output=True, text=True)
+    assert (result.returncode == 0) == (outputs / "relaxed.h5").exists() == ends
+    said = (
+        f"error: slurry A: push_off.lmp left overlaps, in a box with a packing fraction of {packing:.2f}: set "
+        "relaxation.push_off_iterations higher, or predict a larger box; LAMMPS: ERROR: Lost atoms"
+    )
+    assert result.stderr.startswith("" if ends else said) and result.stderr.count("\n") == (not ends)

@@ -11,9 +11,12 @@ from slurrycast.dem.forcefield import thermal_share
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.lammps_log import Log
 from slurrycast.dem.recipe import ParticleType, mean_volume_um3, particle_types
+from slurrycast.runtime.files import RunError
 
 # attributes of a structure at the end of its run
 END_STATE = ("temperature_k", "temperature_rotational_k", "pressure_kpa", "kinetic_share")
+
+PUSHED_OFF_FJ = 0.25  # as in push_off.lmp: no particle has that much energy where overlaps are gone
 
 
 def write_wrapped(path: Path, title: str, types: Sequence[ParticleType], store: FrameStore) -> None:
@@ -47,6 +50,28 @@ def start_temperature_k(inputs: Mapping, start_thermal_share: float) -> float:
     volume_um3 = mean_volume_um3(particle_types(inputs["physics"]["formulation"]["phases"]), counts)
     start_k = start_thermal_share / thermal_share(1.0, dem["pressure_kpa"], volume_um3)
     return max(start_k, dem["temperature_k"])
+
+
+def explained(error: RunError, pushed: Log, slurry: str, packing_fraction: float) -> RunError:
+    """The error of a relaxation, with the cause where overlaps were left before it.
+
+    Left overlaps alone are no error: in a box that is a little too dense every particle has some, and it relaxes.
+
+    Parameters
+    ----------
+    error
+        That of relax.lmp.
+    pushed
+        Log of push_off.lmp.
+    slurry, packing_fraction
+        Id, and volume of the particles over that of the predicted box.
+    """
+    if pushed.thermo[-1, pushed.columns.index("c_highest")] < PUSHED_OFF_FJ:
+        return error
+    return RunError(
+        f"slurry {slurry}: push_off.lmp left overlaps, in a box with a packing fraction of {packing_fraction:.2f}: set "
+        f"relaxation.push_off_iterations higher, or predict a larger box; {error}"
+    )
 
 
 def end_state(log: Log, pressure: str) -> dict[str, float]:
