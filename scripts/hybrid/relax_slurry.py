@@ -20,7 +20,7 @@ from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
 from slurrycast.dem.particles import total_volume_um3
-from slurrycast.dem.relaxation import end_state, explained, start_temperature_k
+from slurrycast.dem.relaxation import check_slurry, end_state, explained, start_temperature_k
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import RunError, moved_into_place
@@ -64,6 +64,7 @@ def main(args: Namespace) -> None:
     }
     launcher = Launcher(args.executable, args.launcher, args.ranks)
     with read_frames(args.predicted) as store, work_folder(args.work) as folder:
+        check_slurry(store, inputs)
         work = folder.path
         slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
         with measured_cost(args.cost, "relax_slurry", surrogate, slurry) as cost:

@@ -8,7 +8,7 @@ import json
 
 from slurrycast.data.frames import read_frames
 from slurrycast.dem.recipe import particle_types
-from slurrycast.dem.relaxation import write_wrapped
+from slurrycast.dem.relaxation import check_slurry, write_wrapped
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
@@ -23,8 +23,10 @@ def add_options(parser: Parser) -> None:
 
 def main(args: Namespace) -> None:
     """Wrap and write."""
-    types = particle_types(json.loads(args.inputs.read_text())["physics"]["formulation"]["phases"])
+    inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     with read_frames(args.predicted) as store:
+        check_slurry(store, inputs)
+        types = particle_types(inputs["physics"]["formulation"]["phases"])
         slurry, surrogate = (str(store.attributes[name]) for name in ("slurry", "surrogate"))
         with measured_cost(args.cost, "wrap_slurry", surrogate, slurry) as cost:
             cost.particles = len(store.particles)

@@ -20,11 +20,12 @@ import pandas as pd
 from slurrycast.analysis.microstructure import MEDIA, Quantities, ceramic_phases, microstructure, tortuosities
 from slurrycast.analysis.tortuosity import LEAST_SPACINGS
 from slurrycast.analysis.voxels import phase_shares, write_voxels
-from slurrycast.data.frames import Frame, FrameStore, Particles, read_frames
+from slurrycast.data.frames import Frame, Particles, read_frames
 from slurrycast.data.tables import write_table
+from slurrycast.dem.relaxation import check_slurry
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError, write_text
+from slurrycast.runtime.files import write_text
 
 FINEST_UM, FINEST_TORTUOSITY_UM, COARSEST_UM = 0.02, 0.1, 0.5  # of voxels
 
@@ -81,15 +82,6 @@ def too_few_spacings(args: Namespace) -> str | None:
     """What is wrong with the spacings, if anything is."""
     enough = not args.tortuosity_extrapolated or len(set(args.tortuosity_spacings_um)) >= LEAST_SPACINGS
     return None if enough else f"--tortuosity-extrapolated needs {LEAST_SPACINGS} --tortuosity-spacings-um or more"
-
-
-def check_slurry(store: FrameStore, inputs: dict) -> None:
-    """InputError unless the inputs are those of the structure's slurry."""
-    held = (store.attributes.get("slurry"), len(store.particles))
-    expected = (inputs.get("slurry"), inputs.get("particles"))
-    if held != expected:
-        texts = [f"slurry {slurry} with {count} particles" for slurry, count in (held, expected)]
-        raise InputError(f"{store.path}: {texts[0]}, but the inputs are of {texts[1]}")
 
 
 def thickness(attributes: Mapping, wet_thickness_um: float | None) -> Quantities:

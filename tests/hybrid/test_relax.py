@@ -6,7 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 
+from configurations import load
 from data_files import atoms, bounds_um
+from script_runs import run_script
 from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.data.periodic import wrap
 from slurrycast.dem.particles import total_volume_um3
@@ -115,6 +117,35 @@ def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, rel
     assert result.stderr.startswith("error: LAMMPS: ERROR: ")
     assert result.stderr.endswith(f"; log: {tmp_path / 'work folder' / 'relax.log'}\n")
     assert [path.name for path in tmp_path.iterdir()] == ["work folder"]
+
+
+@pytest.mark.parametrize(
+    ("script", "structure", "outputs"),
+    [
+        ("wrap_slurry", "predicted", ["wrapped", "cost"]),
+        ("relax_slurry", "predicted", ["relaxed", "relaxed_data", "cost"]),
+        ("dry_slurry", "structure", ["dried", "dried_data", "table", "cost"]),
+        ("calibrate_drying", "structure", ["table"]),
+        ("measure_microstructure", "structure", ["table", "cost"]),
+    ],
+)
+def test_inputs_of_another_slurry_are_refused(slurry, tmp_path, script, structure, outputs):
+    inputs = json.loads((slurry / "inputs.json").read_text())
+    other, written = tmp_path / "inputs.json", tmp_path / "written"
+    other.write_text(json.dumps(inputs | {"slurry": "B"}))
+    options = {structure: slurry / "frames.h5", "inputs": other} | {name: written / name for name in outputs}
+    if script == "relax_slurry":
+        options |= {"wrapped": slurry / "initial.data"}
+        options |= {name: slurry / f"{name}.lmp" for name in ("coefficients", "push_off")}
+    if script in ("relax_slurry", "dry_slurry", "calibrate_drying"):
+        settings = load("config")["drying"] | SETTINGS
+        options |= {"work": tmp_path / "work", "settings": json.dumps(settings)}
+    if script == "calibrate_drying":
+        options["green_density_g_cm3"] = 3.0
+    done = run_script(script, **options)
+    held, said = (f"slurry {name} with {inputs['particles']} particles" for name in ("A", "B"))
+    assert done.stderr == f"error: {slurry / 'frames.h5'}: {held}, but the inputs are of {said}\n"
+    assert (done.returncode, written.exists()) == (1, False)
 
 
 @pytest.mark.parametrize(("scale", "ends"), [(0.9, True), (0.6, False)])

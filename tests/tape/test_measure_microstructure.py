@@ -160,14 +160,6 @@ def test_bad_options_get_one_line(slurry, tmp_path, options, code, line):
     assert not list(tmp_path.glob("*.*"))
 
 
-def test_inputs_of_another_slurry_are_refused(slurry, tmp_path):
-    other = tmp_path / "inputs.json"
-    other.write_text(json.dumps({"slurry": "B", "particles": 7}))
-    done = measure(slurry, tmp_path, inputs=other)
-    assert done.returncode == 1
-    assert "slurry A with" in done.stderr and "but the inputs are of slurry B with 7 particles" in done.stderr
-
-
 @pytest.mark.parametrize("axis", "xyz")
 def test_of_a_large_structure_the_middle_layer_is_taken(monkeypatch, axis):
     # A wall with a hole in the middle of the height, and open space elsewhere.

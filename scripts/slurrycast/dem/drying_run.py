@@ -14,7 +14,7 @@ from slurrycast.dem.lammps_log import Log
 from slurrycast.dem.lammps_run import Launcher, Progress, force_field_variables, run_lammps
 from slurrycast.dem.particles import particles_of, total_volume_um3
 from slurrycast.dem.recipe import derived_seed, particle_types
-from slurrycast.dem.relaxation import start_temperature_k, write_wrapped
+from slurrycast.dem.relaxation import check_slurry, start_temperature_k, write_wrapped
 from slurrycast.runtime.files import write_text
 
 
@@ -63,9 +63,12 @@ def dry(
 
     Raises
     ------
+    InputError
+        If the inputs are those of another slurry.
     RunError
         If LAMMPS fails.
     """
+    check_slurry(store, inputs)
     wet = particle_types(inputs["physics"]["formulation"]["phases"])
     force_field = dry_force_field(inputs["physics"]["force_field"], settings["force_field"])
     lennard_jones = force_field["lennard_jones"]

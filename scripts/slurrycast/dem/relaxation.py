@@ -11,12 +11,21 @@ from slurrycast.dem.forcefield import thermal_share
 from slurrycast.dem.lammps_data import write_data
 from slurrycast.dem.lammps_log import Log
 from slurrycast.dem.recipe import ParticleType, mean_volume_um3, particle_types
-from slurrycast.runtime.files import RunError
+from slurrycast.runtime.files import InputError, RunError
 
 # attributes of a structure at the end of its run
 END_STATE = ("temperature_k", "temperature_rotational_k", "pressure_kpa", "kinetic_share")
 
 PUSHED_OFF_FJ = 0.25  # as in push_off.lmp: no particle has that much energy where overlaps are gone
+
+
+def check_slurry(store: FrameStore, inputs: Mapping) -> None:
+    """InputError unless `inputs`, the content of inputs.json, are those of the structure's slurry."""
+    held = (store.attributes.get("slurry"), len(store.particles))
+    expected = (inputs.get("slurry"), inputs.get("particles"))
+    if held != expected:
+        texts = [f"slurry {slurry} with {count} particles" for slurry, count in (held, expected)]
+        raise InputError(f"{store.path}: {texts[0]}, but the inputs are of {texts[1]}")
 
 
 def write_wrapped(path: Path, title: str, types: Sequence[ParticleType], store: FrameStore) -> None:
