@@ -1,6 +1,9 @@
 """A slurry of some 80 particles that LAMMPS dries with low and with high friction."""
 
 import json
+import signal
+import subprocess
+import time
 
 import numpy as np
 import pytest
@@ -110,6 +113,32 @@ def test_failed_drying_says_so_on_one_line_and_leaves_no_output(slurry, tmp_path
     assert done.stderr.startswith("error: LAMMPS") and done.stderr.count("\n") == 1
     assert done.stderr.endswith(f"; log: {tmp_path / 'work' / 'dry.log'}\n")
     assert [path.name for path in tmp_path.iterdir()] == ["work"]
+
+
+def test_a_killed_drying_leaves_no_output_and_ends_the_same_when_it_is_repeated(slurry, tape, tmp_path, command):
+    """The driver alone is killed, so that the next attempt may meet its LAMMPS."""
+    again = options(slurry, tmp_path, force_field=SETTINGS["force_field"] | {"friction": 0.5})
+    with subprocess.Popen(command("dry_slurry", **again), stdout=subprocess.DEVNULL) as driver:
+        while driver.poll() is None and not (tmp_path / "work" / "dry.log").exists():
+            time.sleep(0.01)
+        driver.kill()
+    assert driver.returncode == -signal.SIGKILL
+    assert [path.name for path in tmp_path.iterdir()] == ["work"]
+    done = run_script("dry_slurry", **again)
+    assert done.returncode == 0, done.stderr
+    for name in ("dried.h5", "dried.data", "drying.csv"):
+        assert (tmp_path / name).read_bytes() == (tape / name).read_bytes(), name
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_structure_that_was_cut_is_refused(slurry, tmp_path):
+    sound = (slurry / "frames.h5").read_bytes()
+    structure, outputs = tmp_path / "frames.h5", tmp_path / "outputs"
+    structure.write_bytes(sound[: len(sound) // 2])
+    done = run_script("dry_slurry", **options(slurry, outputs) | {"structure": structure})
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert done.stderr.startswith(f"error: {structure}: not a readable frame store (")
+    assert not outputs.exists()
 
 
 def test_a_structure_that_was_not_dried_has_no_end_to_measure(tmp_path):

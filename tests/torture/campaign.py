@@ -32,7 +32,7 @@ def parse_args() -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", default=1, type=int, help="of moments, victims and bytes")
-    parser.add_argument("--kills", default=26, type=int, help="how many processes are killed")
+    parser.add_argument("--kills", default=30, type=int, help="how many processes are killed")
     parser.add_argument("--files", type=int, help="how many files are damaged; all kinds in both ways if not given")
     parser.add_argument("--no-folders", action="store_true", help="without full disks and the like")
     parser.add_argument("--no-evaluation", action="store_true", help="without the files of the evaluation")

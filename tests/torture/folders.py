@@ -15,9 +15,22 @@ from project import CALL_LIMIT_S, Injection, Job, Project, snapshot
 
 PAGE = 4096
 ENOUGH = "size=4g"
-READ_ONLY = ("run_slurry", "train_surrogate", "relax_slurry", "measure_density", "plot_density", "write_report")
+READ_ONLY = (
+    "run_slurry",
+    "train_surrogate",
+    "relax_slurry",
+    "dry_slurry",
+    "measure_density",
+    "plot_density",
+    "write_report",
+)
 # What is there when a work folder is removed: something to lose.
-VANISHING = {"run_slurry": "segment_*.json", "relax_slurry": "push_off.log", "train_surrogate": "checkpoint.h5"}
+VANISHING = {
+    "run_slurry": "segment_*.json",
+    "relax_slurry": "push_off.log",
+    "dry_slurry": "dry.log",
+    "train_surrogate": "checkpoint.h5",
+}
 
 
 @contextlib.contextmanager

@@ -101,12 +101,12 @@ def test_damage(tmp_path, way):
 
 
 def test_plan_has_every_victim_in_every_stage():
-    plan = planned(3, 26, STAGES)
+    plan = planned(3, 30, STAGES)
     found = {(kill.stage, kill.victim) for kill in plan}
-    assert len(found) == 26
-    assert {stage for stage, victim in found if victim == "LAMMPS"} == {"DEM", "relaxation"}
+    assert len(found) == 30
+    assert {stage for stage, victim in found if victim == "LAMMPS"} == {"DEM", "relaxation", "tape"}
     assert {victim for _, victim in found} == set(VICTIMS)
-    assert plan == planned(3, 26, STAGES) != planned(4, 26, STAGES)
+    assert plan == planned(3, 30, STAGES) != planned(4, 30, STAGES)
 
 
 @pytest.mark.parametrize(("lost", "code"), [("", 0), ("tables/skill.csv: missing", 1)])
@@ -168,9 +168,10 @@ def test_short_campaign(tmp_path):
 
 
 def test_reference_campaign():
-    """The last full campaign lost nothing, and killed what docs/reliability.md says."""
+    """The last full campaign lost nothing, and killed what docs/reliability.md says. The tape is newer."""
     rows = list(csv.DictReader(REFERENCE.open()))
     assert not [row for row in rows if row["lost"]]
     hit = Counter((row["stage"], row["target"]) for row in rows if row["kind"] == "kill")
     lammps = {(stage, "LAMMPS") for stage in ("DEM", "relaxation")}
-    assert set(hit) == lammps | {(stage, victim) for stage in STAGES for victim in VICTIMS if victim != "LAMMPS"}
+    stages = STAGES.keys() - {"tape"}
+    assert set(hit) == lammps | {(stage, victim) for stage in stages for victim in VICTIMS if victim != "LAMMPS"}
