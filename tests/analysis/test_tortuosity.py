@@ -66,6 +66,7 @@ def test_extrapolation_to_voxels_of_no_size():
     assert limit_of_fine_voxels(spacings_um, 1.5 + 4 * spacings_um) == pytest.approx(1.5, rel=1e-12)
     # Least squares: the mean of the factors less the slope, 1.5 / 0.2, times the mean of the spacings.
     assert limit_of_fine_voxels([0.1, 0.2, 0.3], [2.0, 2.6, 3.5]) == pytest.approx(2.7 - 7.5 * 0.2, rel=1e-12)
+    assert np.isnan(limit_of_fine_voxels([0.1, 0.125, 0.15], [2.485, 2.83, 3.398]))  # would be 0.62
     assert np.isnan(limit_of_fine_voxels(spacings_um, [2.0, np.nan, 2.2]))
     with pytest.raises(InputError, match="of 2 spacings: at least 3 are needed"):
         limit_of_fine_voxels([0.1, 0.2, 0.1], [2.0, 2.6, 2.0])

@@ -77,13 +77,15 @@ def tortuosity(phase: np.ndarray, spacing_um: np.ndarray) -> float:
 def limit_of_fine_voxels(spacings_um: Sequence[float], factors: Sequence[float]) -> float:
     """Tortuosity factor for voxels of edge 0: a line fitted to the factors over the spacings, at 0.
 
-    NaN if one of the factors is. InputError for fewer than `LEAST_SPACINGS` different spacings.
+    NaN if one of the factors is, or if the line ends below 1, as no factor can: the spacings are too coarse for one.
+    InputError for fewer than `LEAST_SPACINGS` different spacings.
     """
     if len(set(spacings_um)) < LEAST_SPACINGS:
         raise InputError(f"voxels of {len(set(spacings_um))} spacings: at least {LEAST_SPACINGS} are needed")
     if np.isnan(factors).any():
         return float("nan")
-    return float(Polynomial.fit(spacings_um, factors, 1)(0.0))
+    limit = float(Polynomial.fit(spacings_um, factors, 1)(0.0))
+    return limit if limit >= 1 else float("nan")
 
 
 def _equations(inside: np.ndarray, spacing_um: np.ndarray):
