@@ -396,7 +396,7 @@ def test_tapes_are_shown_from_their_pictures_to_their_pores(results):
     values = [("green_density", 3.0, "g/cm3"), ("shrinkage", 0.25, "1")]
     tapes = pd.DataFrame([("dem", "2", "tape", *value, value[1]) for value in values], columns=columns)
     ends = pd.DataFrame({"friction": [1.0, 0.1], "green_density_g_cm3": [2.9, 3.3], "packing_fraction": [0.5, 0.6]})
-    stems = ["tape_2", "drying", "render_tape_2"]
+    stems = ["pores_2", "drying", "render_tape_2"]
     figures = dict.fromkeys(stems, results.figures["slurry_net_N1"]) | results.figures
     page = page_of(replace(results, microstructure=tapes, drying_calibration=ends, figures=figures))
     assert page.images == len(figures)

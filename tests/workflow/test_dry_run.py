@@ -216,7 +216,7 @@ def test_pictures_are_of_the_first_slurry_that_has_a_tape(tmp_path, sources, sho
         drawing = {"surrogate": {"names": ["direct"]}, "report": {"pictures": pictures}}
         done = plan(own(tmp_path, slurries=table, drying={"sources": sources}, **drawing), "all", "tapes")
         assert done.returncode == 0, done.stdout + done.stderr
-        assert f"--figure results/plan_{tmp_path.name}/figures/tape_{shown}.png" in done.stdout
+        assert f"--figure results/plan_{tmp_path.name}/figures/pores_{shown}.png" in done.stdout
         rendered = re.findall(r"render_tape.py --slurry \S*?results/[^/]+/(.*) --tapes", done.stdout)
         assert rendered == ([slurry] if pictures else [])
 

@@ -301,7 +301,7 @@ def test_new_slurry_from_its_recipe_alone(project):
     assert list(chain) == [*stages, "dry_slurry", "measure_microstructure", "measure_microstructure"]
     assert (tables["speedup"].hybrid > 0).all() and tables["speedup"].dem.isna().all()
     figures = {path.stem for path in (alone / "figures").glob("*.png")}
-    assert figures == {"workflow", "density", "rdf", "slurry_direct_X", "render_tape_X", "drying", "tape_X"}
+    assert figures == {"workflow", "density", "rdf", "slurry_direct_X", "render_tape_X", "drying", "pores_X"}
     page = Page((alone / "report.html").read_text(encoding="utf-8"))
     assert page.images == len(figures) and page.loads_nothing
     assert f"{density_g_cm3:.4f}" in page.text

@@ -10,7 +10,7 @@ OUTPUTS:
     tape/{source}/{slurry}/{stage}.csv, {stage}_profile.csv, {stage}_pores.csv, {stage}_properties.json,
     {stage}_voxels.h5; {stage} is slurry or tape
     tables/microstructure.csv
-    figures/tape_<slurry>.png of the first slurry that is dried
+    figures/pores_<slurry>.png of the first slurry that is dried
 """
 
 
@@ -81,7 +81,7 @@ rule plot_tape:
             stage="tape",
         ),
     output:
-        figure=reported("figures/tape_{slurry}.png", "tape_figure", "Tape", slurry="{slurry}", figure="tape"),
+        figure=reported("figures/pores_{slurry}.png", "pores_figure", "Tape", slurry="{slurry}", figure="tape"),
     log:
         f"{RESULTS}/logs/plot_tape/{{slurry}}.log",
     localrule: True
