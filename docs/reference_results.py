@@ -182,3 +182,19 @@ def temperatures_k() -> pd.DataFrame:
     thermo = read_table(REFERENCE / "densification" / "demo_6.csv")
     name = f"mean while densifying, to {DENSIFIED:.0%} of the density"
     return pd.DataFrame({name: densifying(thermo).mean(), "end of the run": thermo.iloc[-1]}).T
+
+
+def drying_changes() -> pd.DataFrame:
+    """Mean and standard error of each measure of dried slurries, by particles, setting and value.
+
+    Of the measure itself where the setting is "none", of its change from there, slurry by slurry, where it is another
+    one. Columns are (measure, "mean" or "sem").
+    """
+    runs = read_table(REFERENCE / "drying" / "settings.csv")
+    names = ["particles", "setting", "value"]
+    runs = runs.set_index([*names, "slurry"])
+    shipped = runs.xs("none", level="setting").droplevel(["particles", "value"])
+    changes = runs - shipped.reindex(runs.index.get_level_values("slurry")).to_numpy()
+    is_shipped = runs.index.get_level_values("setting") == "none"
+    changes[is_shipped] = runs[is_shipped]
+    return changes.groupby(names, dropna=False, sort=False).agg(["mean", "sem"])

@@ -21,6 +21,7 @@ import pandas as pd
 import evaluation_tables
 import neighbours_tables
 import running_tables
+import tape_tables
 from reference_results import MISSING, ROOT
 
 PAGES = ("README.md", "docs/*.md", "results/reference/README.md")
@@ -29,7 +30,7 @@ MARKER = re.compile(r"<!-- (?:table: |end of table)")
 
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     name: function
-    for module in (evaluation_tables, neighbours_tables, running_tables)
+    for module in (evaluation_tables, neighbours_tables, running_tables, tape_tables)
     for name, function in getmembers(module, isfunction)
     if function.__module__ == module.__name__
 }

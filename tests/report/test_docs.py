@@ -1,6 +1,7 @@
 """The documentation: its tables, conclusions, links and lines, against the reference results and the files."""
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 import evaluation_tables
 import tables
 from configurations import ROOT
-from reference_results import REFERENCE, by_slurry, read_result, relaxed, verdicts
+from reference_results import REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, verdicts
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -113,6 +114,34 @@ def test_conclusions_on_neighbours():
     judged = verdicts("start").set_index("measure")
     assert set(judged.verdict["density_g_cm3"]) == {"equivalent"}
     assert (relaxed("start").rdf_ratio.groupby("surrogate").mean() < 1.1).all()
+
+
+def test_conclusions_on_the_drying():
+    """What docs/tape.md concludes from its table; shares in points."""
+    changes = drying_changes()
+    void = 100 * changes.void
+    bound = void["mean"].abs() + 2 * void["sem"]
+    in_time = ["steps_per_stage", "timestep_factor", "rest_steps"]
+    assert bound[bound.index.isin(in_time, level="setting")].max() < 0.5
+    stages = void.xs("stages", level="setting")
+    assert (stages["mean"].abs() < 2 * stages["sem"]).all() and 0.6 < bound.xs("stages", level="setting").max() < 0.7
+    small, large = void.xs("none", level="setting").to_numpy()
+    assert abs(small[0] - large[0]) + 2 * math.hypot(small[1], large[1]) < 1
+    runs = pd.read_csv(REFERENCE / "drying" / "settings.csv")
+    shipped = runs[runs.setting == "none"].groupby("particles")
+    assert (100 * shipped.void.std()).round(1).tolist() == [0.4, 0.2]
+    found = runs[runs.setting == "friction"].groupby("value").mean(numeric_only=True)
+    assert [round(100 * found.void[0.015]), round(small[0]), round(100 * found.void[12.5])] == [34, 40, 43]
+    assert found.green_density_g_cm3.round(2).tolist() == [3.29, 2.85]
+    assert (100 * found.ceramic_share).round().tolist() == [49, 42]
+    attraction = void.xs("attraction_factor", level="setting").droplevel("particles")
+    assert abs(attraction["mean"][0.5]) < 2 * attraction["sem"][0.5] and round(attraction["mean"][10]) == -2
+    assert (attraction["mean"] < -2 * attraction["sem"]).tolist() == [False, True, True]
+    contacts = changes.coordination["mean"].drop(["none", "friction"], level="setting")
+    assert contacts.between(-0.005, 0.12).all()
+    drying = load("config")["drying"]
+    for _, setting, value in changes.index:
+        assert setting == "none" or (drying | drying["force_field"])[setting] != value
 
 
 def test_the_affine_error_of_one_slurry_can_be_computed_anew():
