@@ -26,6 +26,10 @@ def described(label: str) -> tuple[str, str]:
     return surrogate.looks_at, surrogate.box_rule.name.replace("_", " ")
 
 
+OPTIONAL_TABLES = dict.fromkeys(("microstructure", "drying_ends", "drying_calibration"), "where nothing is dried")
+OPTIONAL_TABLES["training_range"] = "without training slurries"
+
+
 def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_input("--config", "config.yaml of the run")
@@ -35,10 +39,8 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--roles", "JSON: role of every slurry by its id, in the order of the table", type=json.loads)
     parser.add_input("--density", "tables/density_volume.csv")
     parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
-    for name in ("microstructure", "drying_calibration"):
-        option = f"--{name.replace('_', '-')}"
-        parser.add_input(option, f"tables/{name}.csv; none where nothing is dried", required=False)
-    parser.add_input("--training-range", "tables/training_range.csv; none without training slurries", required=False)
+    for name, missing in OPTIONAL_TABLES.items():
+        parser.add_input(f"--{name.replace('_', '-')}", f"tables/{name}.csv; none {missing}", required=False)
     parser.add_input("--cost-table", "tables/cost.csv")
     parser.add_tables("speedup")
     parser.add_value("--surrogates", "labels, in the order of columns", nargs="+")
@@ -65,9 +67,7 @@ def main(args: Namespace) -> None:
         rdf_errors=read_table(args.rdf_errors),
         equilibrium=read_equilibrium(args.equilibrium),
         relaxation_ends=read_table(args.relaxation_ends),
-        microstructure=read_table(args.microstructure) if args.microstructure else None,
-        drying_calibration=read_table(args.drying_calibration) if args.drying_calibration else None,
-        training_range=read_table(args.training_range) if args.training_range else None,
+        **{name: read_table(path) if (path := getattr(args, name)) else None for name in OPTIONAL_TABLES},
         costs=read_table(args.cost_table),
         speedup=read_table(args.speedup),
         surrogates=args.surrogates,

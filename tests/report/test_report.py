@@ -202,6 +202,7 @@ def results(tmp_path, model, history) -> Results:
         equilibrium=equilibrium,
         relaxation_ends=relaxation_ends,
         microstructure=None,
+        drying_ends=None,
         drying_calibration=None,
         training_range=training_range,
         costs=costs,
@@ -343,6 +344,12 @@ def test_structures_that_are_not_at_rest_are_named_or_counted(results):
         warned = rows.assign(warning=["too <fast>"] * restless + [np.nan] * (len(rows) - restless))
         notices = notices_of(page_of(replace(results, relaxation_ends=warned)))
         assert [notice for notice in notices if "relaxed" in notice] == expected
+
+
+def test_tapes_that_are_not_at_rest_are_named(results):
+    ends = pd.DataFrame({"source": ["dem", "net"], "slurry": ["2", "2"], "warning": ["moves", np.nan]})
+    notices = notices_of(page_of(replace(results, drying_ends=ends)))
+    assert [notice for notice in notices if "Tape" in notice] == ["Tape of slurry 2, full DEM: moves."]
 
 
 def test_page_begins_with_a_picture_the_verdict_and_the_summary(results):

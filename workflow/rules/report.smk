@@ -254,6 +254,7 @@ rule write_report:
         equilibrium=rules.measure_equilibrium.output.table,
         relaxation_ends=rules.measure_relaxation.output.table,
         microstructure=rules.tabulate_microstructure.output.table if HAS_TAPES else [],
+        drying_ends=rules.measure_drying.output.table if HAS_TAPES else [],
         drying_calibration=rules.calibrate_drying.output.table if HAS_TAPES else [],
         training_range=rules.check_training_range.output.table if RANGE_KNOWN else [],
         cost=rules.collect_costs.output.table,
@@ -286,7 +287,7 @@ rule write_report:
         left_out=LEFT_OUT,
         optional=lambda wildcards, input: [
             word
-            for name in ("microstructure", "drying_calibration", "training_range")
+            for name in ("microstructure", "drying_ends", "drying_calibration", "training_range")
             if input[name]
             for word in (f"--{name.replace('_', '-')}", input[name])
         ],

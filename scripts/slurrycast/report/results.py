@@ -35,6 +35,7 @@ class Results:
     equilibrium: pd.DataFrame
     relaxation_ends: pd.DataFrame
     microstructure: pd.DataFrame | None  # None where nothing is dried
+    drying_ends: pd.DataFrame | None
     drying_calibration: pd.DataFrame | None
     training_range: pd.DataFrame | None  # None without training slurries, and where none would leave it
     costs: pd.DataFrame

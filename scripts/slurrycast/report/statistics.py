@@ -44,11 +44,13 @@ def article_errors() -> pd.DataFrame:
 def notices(results: Results) -> dict:
     """What limits the results: runs not in equilibrium, structures not at rest, odd densities, extrapolation."""
     dem = results.density[results.density.model == "DEM"]
+    dried = results.drying_ends
     odd = dem[(dem.density_g_cm3 / results.expected_density_g_cm3 - 1).abs() > DENSITY_TOLERANCE]
     return {
         "unsettled": [row for row in results.equilibrium.itertuples() if row.warning],
         "odd_densities": list(odd.itertuples()),
         "restless": list(results.relaxation_ends.dropna(subset=["warning"]).itertuples()),
+        "restless_tapes": [] if dried is None else list(dried.dropna(subset=["warning"]).itertuples()),
         "most_alike": MOST_ALIKE,
         "density_tolerance": DENSITY_TOLERANCE,
         "extrapolations": extrapolations(results),
