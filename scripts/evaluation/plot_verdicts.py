@@ -25,7 +25,7 @@ HIGHEST = 30.0  # colours do not tell beyond
 COLOURS = "PuOr_r"  # both ends are dark, and they differ for the colour-blind too
 DARK_FROM = 0.3  # distance from the middle of the colours from which marks are white
 LEGEND = "no mark: equivalent     ▲ ▼ differs, too high or too low     ? not resolved     – not judged"
-CELL_IN = 0.3
+CELL_IN, LETTER_IN = 0.3, 0.07
 
 
 def mark(mean_in_sd: float, verdict: str) -> str:
@@ -54,7 +54,9 @@ def draw_verdicts(table: pd.DataFrame) -> Figure:
     """Draw tables/verdicts.csv or tables/tape_verdicts.csv."""
     groups, surrogates = list(MEASURES | TAPE_MEASURES), list(dict.fromkeys(table.surrogate))
     measures = sorted(dict.fromkeys(table.measure), key=lambda measure: groups.index(group_of(measure)))
-    figure = new_figure(3.0 + CELL_IN * max(len(measures), 12), 2.2 + CELL_IN * 0.85 * max(len(surrogates), 3))
+    longest = max(map(len, map(measure_name, measures)), default=0)
+    height_in = 1.0 + LETTER_IN * longest + CELL_IN * 0.85 * max(len(surrogates), 3)
+    figure = new_figure(3.0 + CELL_IN * max(len(measures), 12), height_in)
     axes = figure.subplots()
     if measures:
         draw_cells(axes, table, measures, surrogates)

@@ -87,7 +87,7 @@ def test_report_says_whether_the_tapes_are_those_of_the_dem(table):
     assert density == ["green density (g/cm³)", 1.0, 1.0, 0.0, 0.0]
     assert void[1:4] == pytest.approx([6.0, 6.0 + 2.6 / 3, 2.6 / 3])
     assert "The tapes of far differ from the DEM's in void." in section("report", "tape", **shared, **found)
-    assert "at 0.015 3.3 g/cm³ and 34.0%." in section("report", "tape", **shared, **found)
+    assert "with 0.015 it has 3.3 g/cm³ and 34.0%." in section("report", "tape", **shared, **found)
     none = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2"]))
     assert "too few to compare the tapes of far" in section("report", "tape", **shared, **none)
 
@@ -106,9 +106,9 @@ def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
 
 def test_each_tortuosity_is_shown_with_a_name_of_its_own():
     names = {
-        "tortuosity_z_0.1um": "tortuosity factor of the void along z, voxels of 0.1 µm",
-        "tortuosity_x_extrapolated": "tortuosity factor of the void along x, extrapolated",
-        "tortuosity_nonceramic_y_0.2um": "tortuosity factor of void and organics along y, voxels of 0.2 µm",
+        "tortuosity_z_0.1um": "tortuosity of void, z, 0.1 µm voxels",
+        "tortuosity_x_extrapolated": "tortuosity of void, x, extrapolated",
+        "tortuosity_nonceramic_y_0.2um": "tortuosity of void and organics, y, 0.2 µm voxels",
     }
     assert tape_statistics.shown_quantities(pd.DataFrame({"quantity": list(names)})) == list(names)
     assert {quantity: tape_quantity(quantity, "1") for quantity in names} == names

@@ -90,9 +90,9 @@ def tape_quantity(quantity: str, unit: str) -> str:
         name = f"sd of the ceramic share in {window.removesuffix('um')} µm" + (", random mixture" if random else "")
     elif kind == "tortuosity":
         *medium, axis, voxels = rest.split("_")
-        passed = "void and organics" if medium else "the void"
-        grid = voxels if voxels == "extrapolated" else f"voxels of {voxels.removesuffix('um')} µm"
-        name = f"tortuosity factor of {passed} along {axis}, {grid}"
+        passed = "void and organics" if medium else "void"
+        grid = voxels if voxels == "extrapolated" else f"{voxels.removesuffix('um')} µm voxels"
+        name = f"tortuosity of {passed}, {axis}, {grid}"
     elif kind == "percolation":
         phase, _, axis = rest.rpartition("_")
         name = f"percolation, {phase} along {axis}"
