@@ -5,13 +5,14 @@ Out: a table (CSV) of one row a drying: friction, green_density_g_cm3 and packin
 that of the box). The density falls with friction. The first two rows are those of --most and --least. Without a
 measured density there are no others. With one, friction is halved between them on a logarithmic scale until the density
 is within --tolerance, a share of it, or --dryings have been made, and the last row is nearest to the measured one. A
-density beyond both ends is refused by its range.
+density beyond both ends is met by no friction: then there are only their rows, and a warning.
 
 The ends are the friction of the shipped slurry, and the one with which the ARTISTIC online calculator dries battery
 electrodes (its published scripts, Zenodo 5956353).
 """
 
 import json
+import sys
 from pathlib import Path
 
 from slurrycast.data.frames import read_frames
@@ -59,7 +60,15 @@ def main(args: Namespace) -> None:
         else:
             ends = (args.least, args.most)
             made = list(bisection(density, args.green_density_g_cm3, ends, args.tolerance, args.dryings))
-            print(f"drying.force_field.friction: {made[-1][0]:.4g} # green density {made[-1][1]:.4g} g/cm3")
+            if len(made) > 2:
+                print(f"drying.force_field.friction: {made[-1][0]:.4g} # green density {made[-1][1]:.4g} g/cm3")
+            else:
+                (most, loosest), (least, densest) = made
+                print(
+                    f"warning: a green density of {args.green_density_g_cm3:g} g/cm3 is met by no friction: "
+                    f"{loosest:.4g} to {densest:.4g} are those of {most:g} and {least:g}",
+                    file=sys.stderr,
+                )
     rows = [
         {"friction": friction, "green_density_g_cm3": found, "packing_fraction": packing[friction]}
         for friction, found in made

@@ -38,7 +38,8 @@ def shown_quantities(tapes: pd.DataFrame) -> list[str]:
 def tapes(results: Results) -> Mapping | None:
     """Rows of the table, one a quantity: means over the test slurries, or all if none is one; None where nothing dries.
 
-    `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density.
+    `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density, None
+    without one or if it lies beyond both.
     Differences are means over the test slurries of a source's tape less the DEM's, with half of the width of their
     interval.
     """
@@ -66,7 +67,7 @@ def tapes(results: Results) -> Mapping | None:
     return {
         "rows": rows,
         **dict(zip(("loosest", "densest"), calibration.to_dict("records"), strict=False)),
-        "nearest": calibration.iloc[-1].to_dict(),
+        "nearest": calibration.iloc[-1].to_dict() if len(calibration) > 2 else None,
         "sources": sources,
         "compared": {source: _resolved(dried, source) for source in compared},
         "green": {source: _mean(dried, source, "green_density") for source in sources},
