@@ -10,7 +10,7 @@ from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "recipe", "reduced", "small", "start", "full", "size", "size_berendsen"]
+SCALES = ["tiny", "recipe", "reduced", "small", "start", "full", "size", "size_berendsen", "tape"]
 
 
 def load(name: str) -> dict:
@@ -45,6 +45,7 @@ def scaled(config: dict, factor: float) -> dict:
             size_class["diameter_um"] *= factor
     for key in ("timestep_us", "skin_um", "temperature_damping_us"):
         dem[key] *= factor
+    config["microstructure"]["spacing_um"] = min(max(0.1 * factor, 0.02), 5.0)  # its bounds
     return config
 
 

@@ -3,10 +3,11 @@
 In: tables/cost.csv, tables/equilibrium.csv, the run.json of every slurry that has a DEM, and the DEM step of each
 surrogate's last input frame.
 Out: a table (CSV, seconds): surrogate, slurry, clock (wall_s or cpu_s), particles, the parts of the hybrid chain and
-their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain; drying and measures of
-the hybrid's tape, both ways up to a measured tape, and their ratio, empty where no tape is made. The full DEM and its
-ratio are empty for a new slurry, those to equilibrium also for one that did not reach it. The making of the inputs and
-the start-up of LAMMPS count on both sides; of the extraction of frames, only those up to the last input frame.
+their sum, the full DEM, the DEM to equilibrium, and the ratios of these two to the hybrid chain; drying of the hybrid's
+tape and the measures of slurry and tape, both ways up to a measured tape, and their ratio, empty where no tape is made.
+The full DEM and its ratio are empty for a new slurry, those to equilibrium also for one that did not reach it. The
+making of the inputs and the start-up of LAMMPS count on both sides; of the extraction of frames, only those up to the
+last input frame.
 """
 
 import pandas as pd

@@ -21,6 +21,7 @@ from slurrycast.dem.calibration import bisection
 from slurrycast.dem.drying_run import dry
 from slurrycast.dem.lammps_run import Launcher
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.work_folder import work_folder
 
 
@@ -28,7 +29,7 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_input("--structure", "equilibrated slurry, HDF5")
     parser.add_input("--inputs", "JSON of generate_inputs.py")
-    parser.add_value("--settings", "JSON, as for dry_slurry", type=json.loads)
+    parser.add_value("--settings", "JSON, as for dry_slurry, whose friction does not count", type=json.loads)
     parser.add_value("--green-density-g-cm3", "measured green density, if known", type=float, required=False)
     parser.add_value("--least", "least friction", type=float, default=0.015)
     parser.add_value("--most", "greatest friction", type=float, default=12.5)
@@ -37,6 +38,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--work", "work folder; kept with the logs if LAMMPS fails", type=Path)
     parser.add_lammps()
     parser.add_output("--table", "table of the dryings, CSV")
+    parser.add_output("--cost", "cost record, JSON")
 
 
 def main(args: Namespace) -> None:
@@ -46,6 +48,7 @@ def main(args: Namespace) -> None:
 
     packing = {}
     with read_frames(args.structure) as store, work_folder(args.work) as folder:
+        slurry, surrogate = str(store.attributes["slurry"]), str(store.attributes.get("surrogate", "-"))
 
         def density(friction: float) -> float:
             force_field = args.settings["force_field"] | {"friction": friction}
@@ -55,25 +58,27 @@ def main(args: Namespace) -> None:
             packing[friction] = tape["packing_fraction"]
             return tape["density_g_cm3"]
 
-        if args.green_density_g_cm3 is None:
-            made = [(friction, density(friction)) for friction in (args.most, args.least)]
-        else:
-            ends = (args.least, args.most)
-            made = list(bisection(density, args.green_density_g_cm3, ends, args.tolerance, args.dryings))
-            if len(made) > 2:
-                print(f"drying.force_field.friction: {made[-1][0]:.4g} # green density {made[-1][1]:.4g} g/cm3")
+        with measured_cost(args.cost, "calibrate_drying", surrogate, slurry) as cost:
+            cost.particles = len(store.particles)
+            if args.green_density_g_cm3 is None:
+                made = [(friction, density(friction)) for friction in (args.most, args.least)]
             else:
-                (most, loosest), (least, densest) = made
-                print(
-                    f"warning: a green density of {args.green_density_g_cm3:g} g/cm3 is met by no friction: "
-                    f"{loosest:.4g} to {densest:.4g} are those of {most:g} and {least:g}",
-                    file=sys.stderr,
-                )
+                ends = (args.least, args.most)
+                made = list(bisection(density, args.green_density_g_cm3, ends, args.tolerance, args.dryings))
     rows = [
         {"friction": friction, "green_density_g_cm3": found, "packing_fraction": packing[friction]}
         for friction, found in made
     ]
     write_table(args.table, rows)
+    if len(made) > 2:
+        print(f"drying.force_field.friction: {made[-1][0]:.4g} # green density {made[-1][1]:.4g} g/cm3")
+    elif args.green_density_g_cm3 is not None:
+        (most, loosest), (least, densest) = made
+        print(
+            f"warning: a green density of {args.green_density_g_cm3:g} g/cm3 is met by no friction: {loosest:.4g} to "
+            f"{densest:.4g} are those of {most:g} and {least:g}",
+            file=sys.stderr,
+        )
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
-FINEST_UM, FINEST_TORTUOSITY_UM, COARSEST_UM = 0.02, 0.1, 0.5  # of voxels
+FINEST_UM, FINEST_TORTUOSITY_UM, COARSEST_UM = 0.02, 0.1, 5.0  # of voxels
 
 
 def number_within(lowest: float, highest: float) -> Callable[[str], float]:

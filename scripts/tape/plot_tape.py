@@ -1,7 +1,7 @@
 """Plot the pore sizes of the tapes of one slurry, and the shares of phases and void along z.
 
 In: distribution of pore sizes and profile (CSV, by measure_microstructure) of the tape from each of --sources.
-Out: PNG. The full DEM is drawn in full lines, surrogates in dashed ones.
+Out: PNG. Along z, the full DEM is drawn in full lines, and of the surrogates only the first one, in dashed ones.
 """
 
 from collections.abc import Mapping
@@ -28,12 +28,16 @@ def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataF
     sizes.set(xlabel="Pore size (µm)", ylabel="Share of the void in smaller pores", ylim=(0, 1))
     sizes.set_xlim(left=0)
     sizes.legend(loc="lower right")
-    for source, table in profiles.items():
+    # more than two would hide each other
+    for source, table in list(profiles.items())[:2]:
         for name, rows in table.groupby("phase", sort=False):
             along_z.plot(rows.share, rows.z_um, color=colours[name], ls="-" if source == "dem" else "--", lw=1.3)
     handles = [Line2D([], [], color=colours[name], label=name) for name in names]
     if len(profiles) > 1:
-        handles += [Line2D([], [], color=INK, ls="-" if source == "dem" else "--", label=source) for source in profiles]
+        handles += [
+            Line2D([], [], color=INK, ls="-" if source == "dem" else "--", label=source)
+            for source in list(profiles)[:2]
+        ]
     along_z.set(xlabel="Share of the volume", ylabel="z (µm)")
     along_z.set_xlim(left=0)
     along_z.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))

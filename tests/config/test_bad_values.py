@@ -253,6 +253,18 @@ CONFLICTS = [
         " = 0.33: must be above 0.3303, or the particles of BDPD would not shrink; or set drying.sources: []",
     ),
     (
+        "drying.solvent_mass_fraction",
+        0.05,
+        " = 0.05: the solvent would have a density of 0.137 g/cm3, from that of BDPD and of the organics: must be 0.3 "
+        "to 3.0; or set drying.sources: []",
+    ),
+    (
+        "microstructure.spacing_um",
+        0.02,
+        " = 0.02: slurry 6 would have 2.2e+08 voxels, at most 5e+07 are allowed: must be at least 0.0326; or set "
+        "drying.sources: []",
+    ),
+    (
         "drying.timestep_factor",
         1.0,
         too_long(" x dem.timestep_us = 0.002:", "0.494", "Rayleigh", "0.004046", "0.001619", "0.4"),
@@ -338,6 +350,24 @@ def test_bad_value(config, path, value, line):
     section, key = place(config, path)
     section[key] = value
     assert check(config) == line.split("\n")
+
+
+@pytest.mark.parametrize("name", ["ceramic", "void"])
+def test_a_phase_with_a_name_that_stands_for_several(config, name):
+    config["formulation"]["phases"][name] = config["formulation"]["phases"].pop("8YSZ")
+    config["analysis"]["rdf_pair"] = ["NiO", name]
+    (line,) = check(config)
+    assert line.startswith(f"formulation.phases.{name}: must have another name, since all, ceramic,")
+
+
+def test_a_tape_of_organics_alone(config):
+    phases = config["formulation"]["phases"]
+    config["formulation"]["phases"] = {"BDPD": phases["BDPD"] | {"mass_fraction": 1.0}}
+    config["formulation"]["expected_density_g_cm3"] = 0.5
+    config["analysis"]["rdf_pair"] = ["BDPD", "BDPD"]
+    assert "formulation.phases: BDPD alone: must be a ceramic too, to make a tape; or set drying.sources: []" in (
+        check(config)
+    )
 
 
 def test_a_tape_in_which_a_particle_would_touch_two_images_of_another(config):

@@ -130,10 +130,14 @@ def test_conclusions_on_the_drying():
     runs = pd.read_csv(REFERENCE / "drying" / "settings.csv")
     shipped = runs[runs.setting == "none"].groupby("particles")
     assert (100 * shipped.void.std()).round(1).tolist() == [0.4, 0.2]
+    small_sd = shipped.green_density_g_cm3.std()[600]
     found = runs[runs.setting == "friction"].groupby("value").mean(numeric_only=True)
     assert [round(100 * found.void[0.015]), round(small[0]), round(100 * found.void[12.5])] == [34, 40, 43]
     assert found.green_density_g_cm3.round(2).tolist() == [3.29, 2.85]
     assert (100 * found.ceramic_share).round().tolist() == [49, 42]
+    # of one small tape, in decades of the friction above the shipped one
+    decades = small_sd / abs(found.green_density_g_cm3[12.5] - shipped.green_density_g_cm3.mean()[600]) * math.log10(25)
+    assert 10**decades == pytest.approx(1.5, abs=0.05)
     attraction = void.xs("attraction_factor", level="setting").droplevel("particles")
     assert abs(attraction["mean"][0.5]) < 2 * attraction["sem"][0.5] and round(attraction["mean"][10]) == -2
     assert (attraction["mean"] < -2 * attraction["sem"]).tolist() == [False, True, True]

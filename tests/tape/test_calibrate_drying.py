@@ -41,6 +41,7 @@ def test_a_density_out_of_reach_is_met_by_no_friction(wanted):
 def test_real_dryings(slurry, tmp_path, measured, dryings):
     files = {"structure": slurry / "frames.h5", "inputs": slurry / "inputs.json", "work": tmp_path / "work"}
     options = files | {"settings": json.dumps(SETTINGS), "table": tmp_path / "calibration.csv"}
+    options |= {"cost": tmp_path / "cost.json"}
     given = {"green_density_g_cm3": measured} if measured else {}
     done = run_script("calibrate_drying", **options, **given, dryings=4, tolerance=0.001)
     assert done.returncode == 0, done.stderr

@@ -117,15 +117,21 @@ def test_only_the_skill_needs_the_affine_map(tmp_path, target):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-PHASE = {"density_g_cm3": 4.0, "size_classes": [{"diameter_um": 0.8, "number_fraction": 1.0}]}
-PHASES = {"B": PHASE | {"mass_fraction": 0.7}, "A": PHASE | {"mass_fraction": 0.3, "density_g_cm3": 2.0}}
+PHASES = {
+    name: {
+        "mass_fraction": mass_fraction,
+        "density_g_cm3": density_g_cm3,
+        "size_classes": [{"diameter_um": diameter_um, "number_fraction": 1.0}],
+    }
+    for name, mass_fraction, density_g_cm3, diameter_um in (("B", 0.7, 4.0, 0.8), ("A", 0.3, 0.9, 1.2))
+}
 
 
 @pytest.mark.parametrize("pair", [["A", "B"], None])
 def test_phases_of_a_recipe_replace_those_of_the_default(tmp_path, pair):
     dry = {"phase": "A", "composition_is": "dry", "solvent_mass_fraction": 0.5}
     recipe = load("recipe") | {"run": {"name": f"plan_{tmp_path.name}"}, "drying": dry}
-    recipe["formulation"] |= {"phases": PHASES, "expected_density_g_cm3": 1.8}
+    recipe["formulation"] |= {"phases": PHASES, "expected_density_g_cm3": 1.1}
     path = tmp_path / "recipe.yaml"
     path.write_text(yaml.safe_dump(recipe | ({"analysis": {"rdf_pair": pair}} if pair else {}), sort_keys=False))
     done = plan(path, "microstructures")
@@ -206,7 +212,7 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     ("sources", "shown", "slurry"),
     [
         (["dem"], "1", "frames/1.h5 --slurry-source dem --sources dem"),
-        (["direct", "dem"], "N1", "hybrid/direct/N1/relaxed.h5 --slurry-source direct --sources direct"),
+        (["direct", "dem"], "1", "frames/1.h5 --slurry-source dem --sources direct dem"),
     ],
 )
 def test_pictures_are_of_the_first_slurry_that_has_a_tape(tmp_path, sources, shown, slurry):
@@ -227,6 +233,13 @@ def test_sources_that_cannot_be_dried(tmp_path, sources):
     done = plan(config, "tapes")
     assert done.returncode == 1
     said = f"drying.sources = {sources}: must be at least one of dem, affine with a slurry of role test for this target"
+    assert said in done.stdout + done.stderr
+
+
+def test_tapes_of_the_dem_alone_cannot_be_judged(tmp_path):
+    done = plan(own(tmp_path, drying={"sources": ["dem"]}, surrogate={"names": ["affine"]}), "tape_evaluation")
+    assert done.returncode == 1
+    said = 'drying.sources = ["dem"]: must be dem and at least one of affine with a slurry of role test for this target'
     assert said in done.stdout + done.stderr
 
 

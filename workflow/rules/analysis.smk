@@ -199,6 +199,7 @@ rule collect_costs:
                 surrogate=SURROGATES,
                 slurry=PREDICTED,
             ),
+            *([f"{RESULTS}/costs/calibrate_drying.json"] if HAS_TAPES else []),
             *(tapes(f"{RESULTS}/costs/dry_slurry/{{source}}/{{slurry}}.json") if HAS_TAPES else []),
             *(
                 tapes(

@@ -11,6 +11,7 @@ import numpy as np
 from slurrycast.analysis.coarseness import WINDOWS_UM, mixing_deviations, windows_fit
 from slurrycast.analysis.percolation import percolating_shares
 from slurrycast.analysis.pores import pore_sizes
+from slurrycast.analysis.quantity_names import SUMS
 from slurrycast.analysis.structure import Contacts, find_contacts, lens_volume_um3, structure_measures
 from slurrycast.analysis.tortuosity import limit_of_fine_voxels, tortuosity
 from slurrycast.analysis.voxels import VOID, voxel_image
@@ -23,7 +24,6 @@ Quantities = dict[str, tuple[float, str]]
 
 MOST_PARTICLES = 10_000  # whose void diffusion passes; of larger structures a layer is taken
 MEDIA = ("void", "nonceramic")  # that diffusion passes: what no sphere fills, what no ceramic one does
-_SUMS = ("all", "ceramic", "nonceramic", "organic", "void")
 
 
 def ceramic_phases(particles: Particles, organic: str) -> list[str]:
@@ -37,8 +37,8 @@ def ceramic_phases(particles: Particles, organic: str) -> list[str]:
     if not ceramics:
         raise InputError(f"organic phase {organic}: there are no particles of another phase")
     for name in ceramics:
-        if name in _SUMS:
-            raise InputError(f"phase {name}: {', '.join(_SUMS)} are names of quantities of several phases")
+        if name in SUMS:
+            raise InputError(f"phase {name}: {', '.join(SUMS)} are names of quantities of several phases")
     return ceramics
 
 

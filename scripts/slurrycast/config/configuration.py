@@ -59,7 +59,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.drying: (
-        "slurries formulation force_field drying dem.timestep_us dem.skin_um dem.impact_speed_um_us "
+        "slurries formulation force_field drying microstructure dem.timestep_us dem.skin_um dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
     drying_checks.extrapolation: "microstructure",

@@ -3,12 +3,17 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast import surrogates
-from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep
+from slurrycast.analysis.quantity_names import SUMS
+from slurrycast.analysis.voxels import MOST_VOXELS
+from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep, whole_particles
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import recipe
 from slurrycast.dem.drying import dry_force_field, dry_volume_share, drying_types
 from slurrycast.runtime.files import InputError
+
+# Liquids that solvents are made of have 0.6 to 1.6; the calibrated density of a coarse phase need not be a real one.
+SOLVENTS_G_CM3 = (0.3, 3.0)
 
 
 def solvent(config: Mapping, _) -> Iterator[str]:
@@ -50,6 +55,14 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
             yield f"drying.sources: {str(error).removeprefix('surrogate: ')}, or dem"
     if any(solvent(config, slurries)):
         return
+    if len(phases) == 1:
+        yield f"formulation.phases: {phase} alone: must be a ceramic too, to make a tape; or set drying.sources: []"
+    for name in phases:
+        if name in SUMS:
+            yield (
+                f"formulation.phases.{name}: must have another name, since {', '.join(SUMS)} stand for several phases "
+                "in the properties of a tape; or set drying.sources: []"
+            )
     volume = dry_volume_share(phases[phase]["density_g_cm3"], settings)
     if volume >= 1:
         yield (
@@ -57,6 +70,14 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
             f"or the particles of {phase} would not shrink; or set drying.sources: []"
         )
         return
+    solvent_g_cm3 = settings["solvent_mass_fraction"] * phases[phase]["density_g_cm3"] / (1 - volume)
+    lightest, heaviest = SOLVENTS_G_CM3
+    if not lightest <= solvent_g_cm3 <= heaviest:
+        yield (
+            f"drying.solvent_mass_fraction = {shown(settings['solvent_mass_fraction'])}: the solvent would have a "
+            f"density of {solvent_g_cm3:.3g} g/cm3, from that of {phase} and of the organics: must be {lightest} to "
+            f"{heaviest}; or set drying.sources: []"
+        )
     wet = recipe.particle_types(phases)
     dry = drying_types(wet, settings, 0.0)
     contact = dry_force_field(config["force_field"], settings["force_field"])["granular_hertz"]
@@ -67,6 +88,8 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         yield from long_timestep(key, timestep_us, config["dem"], types, stiffness_kpa)
     if not any(box_edges(config, slurries)):
         yield from _thickness(config, slurries, wet, dry)
+        if not any(whole_particles(config, slurries)):
+            yield from _voxels(config, slurries)
 
 
 def extrapolation(config: Mapping, _: Sequence[Slurry]) -> Iterator[str]:
@@ -77,6 +100,21 @@ def extrapolation(config: Mapping, _: Sequence[Slurry]) -> Iterator[str]:
         yield (
             f"microstructure.tortuosity_spacings_um = {shown(spacings_um)}: must be at least 3 with "
             "microstructure.tortuosity_extrapolated = true"
+        )
+
+
+def _voxels(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """The image of no slurry has too many voxels."""
+    formulation, spacing_um = config["formulation"], config["microstructure"]["spacing_um"]
+    largest = max((slurry for slurry in slurries if slurry.role != "train"), key=lambda s: s.mass_units, default=None)
+    if largest is None:
+        return
+    volume_um3 = largest.mass_units * formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    if volume_um3 / spacing_um**3 > MOST_VOXELS:
+        yield (
+            f"microstructure.spacing_um = {shown(spacing_um)}: slurry {largest.id} would have "
+            f"{volume_um3 / spacing_um**3:.2g} voxels, at most {MOST_VOXELS:.2g} are allowed: must be at least "
+            f"{(volume_um3 / MOST_VOXELS) ** (1 / 3):.3g}; or set drying.sources: []"
         )
 
 

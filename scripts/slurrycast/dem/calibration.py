@@ -24,7 +24,7 @@ def bisection(
     densest, loosest = density(least), density(most)
     yield most, loosest
     yield least, densest
-    if not loosest <= wanted <= densest:
+    if not loosest * (1 - tolerance) <= wanted <= densest * (1 + tolerance):
         return
     made = []
     while len(made) < dryings - 2 and (not made or abs(made[-1][1] / wanted - 1) > tolerance):

@@ -74,6 +74,7 @@ TAPE_NAMES = {
     "share_organic_union": "organic share",
     "share_void_union": "void",
     "share_ceramic_filled": "ceramic share, organics in the void",
+    "share_nonceramic_filled": "all but ceramic",
     "contacts_ceramic": "contacts between ceramics",
 }
 

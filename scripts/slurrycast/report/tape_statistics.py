@@ -18,6 +18,7 @@ QUANTITIES = (
     "share_organic_union",
     "share_void_union",
     "share_ceramic_filled",
+    "share_nonceramic_filled",
     "coordination_",
     "contacts_",
     "percolation_",
@@ -39,9 +40,8 @@ def tapes(results: Results) -> Mapping | None:
     """Rows of the table, one a quantity: means over the test slurries, or all if none is one; None where nothing dries.
 
     `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density, None
-    without one or if it lies beyond both.
-    Differences are means over the test slurries of a source's tape less the DEM's, with half of the width of their
-    interval.
+    without one or if it lies beyond both. Differences are means over the test slurries of a source's tape less the
+    DEM's, with half of the width of their interval.
     """
     table = results.microstructure
     if table is None:
@@ -60,8 +60,9 @@ def tapes(results: Results) -> Mapping | None:
         differences = []
         for source in compared:
             of_source = of_quantity[of_quantity.source == source]
-            mean = mean_difference(of_source.value - of_source.dem_value)
-            differences += [mean.mean, (mean.upper - mean.lower) / 2]
+            difference = of_source.value - of_source.dem_value
+            interval = mean_difference(difference)
+            differences += [difference.mean(), (interval.upper - interval.lower) / 2]
         rows.append([name, *means, *differences])
     calibration = results.drying_calibration.assign(void=1 - results.drying_calibration.packing_fraction)
     return {
@@ -103,6 +104,8 @@ def tape_verdicts(evaluation: Evaluation) -> Mapping | None:
         return None
     errors = evaluation.tested(evaluation.tape_errors)
     verdicts = evaluation.tape_verdicts.set_index(["surrogate", "measure"])
+    of_all = pd.MultiIndex.from_product([verdicts.index.unique(level) for level in verdicts.index.names])
+    verdicts = verdicts.reindex(of_all)  # a tape may be too thin for a measure that another one has
     surrogates = list(dict.fromkeys(evaluation.tape_verdicts.surrogate))
     units = errors.drop_duplicates("quantity").set_index("quantity").unit
     rows = []

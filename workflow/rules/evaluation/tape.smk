@@ -13,7 +13,7 @@ rule compare_tapes:
     """Compare tapes with those of the DEM and their noise."""
     input:
         **code("evaluation/compare_tapes"),
-        microstructure=rules.tabulate_microstructure.output.table,
+        microstructure=lambda wildcards: judged_tapes(rules.tabulate_microstructure.output.table),
         replicas=lambda wildcards: expand(
             rules.measure_microstructure.output.table, source="dem", slurry=replicas(), stage="tape"
         ),

@@ -123,6 +123,7 @@ rule calibrate_drying:
         inputs=lambda wildcards: expand(rules.generate_inputs.output.inputs, slurry=calibration_tape().slurry),
     output:
         table=reported("tables/drying_calibration.csv", "drying_calibration", "Tape", table="calibration of the drying"),
+        cost=f"{RESULTS}/costs/calibrate_drying.json",
     log:
         f"{RESULTS}/logs/calibrate_drying.log",
     conda:
@@ -133,12 +134,12 @@ rule calibrate_drying:
         mem_mb=lambda wildcards, attempt: slurry_mb(calibration_tape(), attempt),
         runtime=lambda wildcards, attempt: (2 if GREEN is None else 9) * drying_minutes(calibration_tape(), attempt),
     params:
-        settings=section(drying_settings()),
+        settings=section(calibration_settings()),
         green=[] if GREEN is None else ["--green-density-g-cm3", GREEN],
         work=f"{RESULTS}/tape/calibration_work",
     shell:
         "python {input.script:q} --structure {input.structure:q} --inputs {input.inputs:q} --settings {params.settings:q}"
         " {params.green:q} --work {params.work:q}"
         " --executable {resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
-        " --table {output.table:q}"
+        " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -36,8 +36,8 @@ rule measure_microstructure:
     conda:
         "../../../envs/analysis.yaml"
     resources:
-        mem_mb=slurry_mb,
-        runtime=structure_minutes,
+        mem_mb=microstructure_mb,
+        runtime=microstructure_minutes,
     params:
         settings=microstructure_options,
     shell:

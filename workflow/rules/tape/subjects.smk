@@ -22,6 +22,13 @@ def drying_settings():
     return settings | {key: config["relaxation"][key] for key in shared}
 
 
+def calibration_settings():
+    """Settings of the calibration: those of a drying but for the friction, so that a new one repeats nothing."""
+    settings = drying_settings()
+    force_field = {key: value for key, value in settings["force_field"].items() if key != "friction"}
+    return settings | {"force_field": force_field}
+
+
 def drying_minutes(wildcards, attempt):
     """Walltime of a drying in minutes."""
     settings = config["drying"]
@@ -30,8 +37,8 @@ def drying_minutes(wildcards, attempt):
 
 
 def dried_slurries(source):
-    """Slurries that are dried; the DEM of one of role `new` does not run to its end."""
-    return with_role("test") if source == "dem" else with_role("test", "new")
+    """Slurries that are dried, those that have a DEM first: that of one of role `new` does not run to its end."""
+    return with_role("test") if source == "dem" else [*with_role("test"), *with_role("new")]
 
 
 def sources_of(slurry):
@@ -45,7 +52,7 @@ HAS_TAPES = any(map(dried_slurries, DRIED))
 GREEN = config["drying"]["green_density_g_cm3"]  # measured, None if not
 # Whether tapes of surrogates are judged beside those of the DEM.
 JUDGES_TAPES = bool("dem" in DRIED and DRIED[1:] and with_role("test"))
-SHOWN_TAPES = [slurry for slurry in with_role("test", "new") if sources_of(slurry)][:1]  # in figures of one slurry
+SHOWN_TAPES = [slurry for source in DRIED for slurry in dried_slurries(source)][:1]  # in figures of one slurry
 PICTURED_TAPES = SHOWN_TAPES if PICTURED else []
 
 
@@ -81,6 +88,38 @@ def tapes(path, **wildcards):
     return [
         tape for source in DRIED for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
     ]
+
+
+def judged_tapes(table):
+    """The table, or an error, only for targets that judge tapes, if there are none to compare."""
+    if not JUDGES_TAPES:
+        raise WorkflowError(
+            f"drying.sources = {section(config['drying']['sources'])}: must be dem and at least one of "
+            f"{', '.join(SURROGATES)} with a slurry of role test for this target"
+        )
+    return table
+
+
+def microstructure_mb(wildcards, attempt):
+    """Memory in MB of the measures of one slurry or tape: `slurry_mb`, and some 100 bytes for each voxel."""
+    return slurry_mb(wildcards, attempt) + round(
+        attempt * 1e-4 * voxels(wildcards, config["microstructure"]["spacing_um"])
+    )
+
+
+def microstructure_minutes(wildcards, attempt):
+    """Walltime in minutes of the measures; a solution of the diffusion took 20 us for each voxel."""
+    settings = config["microstructure"]
+    solutions = len(settings["tortuosity_axes"]) * len(settings["tortuosity_of"])
+    solved = sum(voxels(wildcards, spacing_um) for spacing_um in settings["tortuosity_spacings_um"])
+    return structure_minutes(wildcards, attempt) + round(attempt * 3 * 2e-5 / 60 * solutions * solved)
+
+
+def voxels(wildcards, spacing_um):
+    """Number of voxels of a slurry."""
+    formulation = config["formulation"]
+    mass_pg = RUNS[wildcards.slurry].mass_units * formulation["unit_mass_pg"]
+    return mass_pg / formulation["expected_density_g_cm3"] / spacing_um**3
 
 
 def calibration_tape():

@@ -1,0 +1,3 @@
+"""Names that stand for several phases in the quantities of a microstructure, and what a phase can't be called."""
+
+SUMS = ("all", "ceramic", "nonceramic", "organic", "void")
