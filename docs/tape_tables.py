@@ -2,7 +2,9 @@
 
 import pandas as pd
 
-from reference_results import MISSING, drying_changes, load
+from reference_results import MISSING, drying_changes, load, read_result, slurries
+from slurrycast.evaluation.verdicts import EQUIVALENT
+from slurrycast.report.names import tape_quantity
 
 FORMS = {
     "green density (g/cm³)": ("green_density_g_cm3", 1, 3),
@@ -29,3 +31,38 @@ def drying_settings() -> pd.DataFrame:
             cells[name] = f"{mean:{sign}.{places}f} ± {error:.{places}f}"
         shown.append(cells)
     return pd.DataFrame(shown)
+
+
+def tapes() -> pd.DataFrame:
+    """Properties of the DEM's tapes, their replica sd, and how far the tapes of each surrogate are from them in it."""
+    errors = read_result("tape", "tape_errors")
+    errors = errors[errors.slurry.isin(slurries("reduced", "test"))]
+    verdicts = read_result("tape", "tape_verdicts").set_index(["measure", "surrogate"])
+    rows = []
+    for measure, of_measure in errors[errors.quantity.isin(verdicts.index.levels[0])].groupby("quantity", sort=False):
+        dem = of_measure.drop_duplicates("slurry")
+        name = tape_quantity(measure, of_measure.unit.iloc[0])
+        row = {"property": name, "DEM": f"{dem.dem_value.mean():.4g}", "replica sd": f"{dem.replica_sd.mean():.2g}"}
+        for surrogate, judged in verdicts.loc[measure].iterrows():
+            verdict = "" if judged.verdict == EQUIVALENT else f" ({judged.verdict})"
+            row[f"`{surrogate}`"] = f"{judged.mean_in_sd:+.1f}{verdict}"
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def tape_cost() -> pd.DataFrame:
+    """CPU seconds from the recipe to the slurry by either way, and from there to the measured tape, by slurry."""
+    cost = read_result("tape", "cost")
+    cost = cost[cost.slurry.isin(slurries("reduced", "test"))]
+    ways = {
+        "full DEM": ("-", ["generate_inputs", "run_slurry"]),
+        "`direct`": ("direct", ["predict_slurry", "wrap_slurry", "relax_slurry"]),
+        "drying": ("direct", ["dry_slurry"]),
+        "measures of slurry and tape": ("direct", ["measure_microstructure"]),
+    }
+    found = {"particles": cost.groupby("slurry").particles.max()}
+    for name, (surrogate, stages) in ways.items():
+        rows = cost[(cost.surrogate == surrogate) & cost.stage.isin(stages)]
+        found[name] = rows.groupby("slurry").cpu_s.sum()
+    table = pd.DataFrame(found).sort_values("particles").drop_duplicates("particles")
+    return table.map("{:.3g}".format).assign(particles=table.particles.map("{:,.0f}".format))

@@ -12,8 +12,9 @@ import pytest
 
 import evaluation_tables
 import tables
+import tape_tables
 from configurations import ROOT
-from reference_results import REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, verdicts
+from reference_results import REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, slurries, verdicts
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -152,6 +153,21 @@ def test_conclusions_on_the_drying():
     drying = load("config")["drying"]
     for _, setting, value in changes.index:
         assert setting == "none" or (drying | drying["force_field"])[setting] != value
+
+
+def test_conclusions_on_tapes():
+    """What README.md and docs/tape.md conclude from their tables."""
+    judged = read_result("tape", "tape_verdicts")
+    assert not (judged.verdict == "differs").any()
+    assert set(judged.verdict[judged.measure == "shrinkage"]) == {"not resolved"}
+    errors = read_result("tape", "tape_errors")
+    tested = errors[errors.slurry.isin(slurries("reduced", "test")) & (errors.quantity == "shrinkage")]
+    points = 100 * (tested.value - tested.dem_value).groupby(tested.surrogate).mean()
+    assert (points.min().round(1), points.max().round(1)) == (-0.3, -0.2)
+    cost = tape_tables.tape_cost().drop(columns="particles").astype(float)
+    assert len(cost) == 5 and (cost.drying > cost["`direct`"]).all()
+    share = cost.drop(columns="full DEM").sum(axis=1) / cost["full DEM"]
+    assert (share.min().round(2), share.max().round(2)) == (0.29, 0.32)
 
 
 def test_the_affine_error_of_one_slurry_can_be_computed_anew():
