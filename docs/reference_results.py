@@ -1,4 +1,4 @@
-"""Reference results as tables: read by today's names, and what the documentation derives from them."""
+"""Reference results as tables, and what the documentation derives from them."""
 
 from pathlib import Path
 
@@ -8,15 +8,12 @@ import yaml
 from slurrycast.analysis.temperatures import DENSIFIED, densifying
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
-from slurrycast.evaluation.verdicts import EQUIVALENT, judge, judged_rows
+from slurrycast.evaluation.verdicts import EQUIVALENT
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "results" / "reference"
 
 MISSING = "-"
-
-# What reference results of earlier commits call otherwise, by its old name.
-OLD_QUANTITIES = {"twin_floor_um2": "perturbation_floor_um2"}
 
 
 def load(name: str) -> dict:
@@ -25,8 +22,8 @@ def load(name: str) -> dict:
 
 
 def read_result(run: str, name: str) -> pd.DataFrame:
-    """Read tables/<name>.csv of a reference run with today's names."""
-    return read_table(REFERENCE / run / "tables" / f"{name}.csv").replace({"quantity": OLD_QUANTITIES})
+    """Read tables/<name>.csv of a reference run."""
+    return read_table(REFERENCE / run / "tables" / f"{name}.csv")
 
 
 def slurries(run: str, role: str) -> list[str]:
@@ -73,11 +70,6 @@ def with_largest(shares: pd.Series) -> str:
     return f"{shares.mean():.2%} ({shares.max():.2%})"
 
 
-def verdicts(run: str) -> pd.DataFrame:
-    """Rows of tables/verdicts.csv, which runs before that table have not, from their structural errors."""
-    return judge(judged_rows(read_result(run, "structure_errors"), slurries(run, "test")))
-
-
 def measured_rates() -> dict[str, float]:
     """Rates at reduced scale: particle-steps a CPU second, CPU seconds of training a particle and epoch, MB."""
     cost = read_result("reduced", "cost")
@@ -120,7 +112,7 @@ def full_scale_estimates() -> pd.DataFrame:
 def accuracy(run: str, *labels: str) -> pd.DataFrame:
     """What the surrogates of a run reach and cost: means over its test slurries."""
     skill, cost = by_slurry(run, "skill", "skill"), by_slurry(run, "front", "cost_share_of_full_dem")
-    errors, judged = relaxed(run), verdicts(run).set_index("surrogate")
+    errors, judged = relaxed(run), read_result(run, "verdicts").set_index("surrogate")
     rows = []
     for label in labels or list(dict.fromkeys(judged.index)):
         density, rdf, found = errors.density_error[label], errors.rdf_ratio[label], judged.loc[label]

@@ -14,7 +14,7 @@ import evaluation_tables
 import tables
 import tape_tables
 from configurations import ROOT
-from reference_results import REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, slurries, verdicts
+from reference_results import REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, slurries
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -82,7 +82,7 @@ def test_conclusions_at_reduced_scale():
     assert skill[["linear", "linear_box"]].min(axis=None) > 0 and skill.linear_box.max() < skill.early_dem_x2.min()
     assert errors.density_error.max() < 0.01
     assert errors.rdf_ratio.max() < 1.25
-    judged = verdicts("reduced")
+    judged = read_result("reduced", "verdicts")
     differs = judged[judged.verdict == "differs"]
     assert list(zip(differs.surrogate, differs.measure, strict=True)) == [("early_dem_x2", "density_g_cm3")]
     assert by_slurry("reduced", "front", "cost_share_of_full_dem").direct.mean() < 1 / 12
@@ -105,7 +105,7 @@ def test_conclusions_on_neighbours():
     assert abs(means.driven_dem - means.neighbours) < 0.02 and means.neighbours < means.affine_f24
     assert 0.5 < shares.driven_dem / shares.neighbours < 0.6
     assert shares.affine_f24 < shares.neighbours
-    judged = verdicts("small")
+    judged = read_result("small", "verdicts")
     differs = judged[judged.verdict == "differs"]
     assert list(zip(differs.surrogate, differs.measure, strict=True)) == [
         ("neighbours", "density_g_cm3"),
@@ -118,7 +118,7 @@ def test_conclusions_on_neighbours():
     for frame in ("_f02", "_f06", "", "_f18"):
         assert early[f"affine{frame}"] < early[f"neighbours{frame}"] < early[f"driven_dem{frame}"]
         assert paid[f"driven_dem{frame}"] < paid[f"neighbours{frame}"]
-    judged = verdicts("start")
+    judged = read_result("start", "verdicts")
     assert not (judged.verdict == "differs").any()
     density = judged[judged.measure == "density_g_cm3"].set_index("surrogate").verdict
     assert list(density.index[density != "equivalent"]) == ["neighbours_f18", "driven_dem_f18"]
