@@ -125,7 +125,7 @@ def test_failed_relaxation_says_so_on_one_line_and_leaves_no_output(relaxed, rel
         ("wrap_slurry", "predicted", ["wrapped", "cost"]),
         ("relax_slurry", "predicted", ["relaxed", "relaxed_data", "cost"]),
         ("dry_slurry", "structure", ["dried", "dried_data", "table", "cost"]),
-        ("calibrate_drying", "structure", ["table"]),
+        ("calibrate_drying", "structure", ["table", "cost"]),
         ("measure_microstructure", "structure", ["table", "cost"]),
     ],
 )
@@ -140,8 +140,6 @@ def test_inputs_of_another_slurry_are_refused(slurry, tmp_path, script, structur
     if script in ("relax_slurry", "dry_slurry", "calibrate_drying"):
         settings = load("config")["drying"] | SETTINGS
         options |= {"work": tmp_path / "work", "settings": json.dumps(settings)}
-    if script == "calibrate_drying":
-        options["green_density_g_cm3"] = 3.0
     done = run_script(script, **options)
     held, said = (f"slurry {name} with {inputs['particles']} particles" for name in ("A", "B"))
     assert done.stderr == f"error: {slurry / 'frames.h5'}: {held}, but the inputs are of {said}\n"

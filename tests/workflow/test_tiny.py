@@ -33,7 +33,7 @@ TINY = ("--configfile", "config/tiny.yaml")
 # Tables of a second run; what is drawn or reported from tables is left out.
 SECOND_RUN = ["density_volume", "coordinate_errors", "rdf_errors", "equilibrium", "training_range", "noise", "skill"]
 SECOND_RUN += ["structure_errors", "verdicts", "ablation", "uncertainty", "relaxation_ends", "microstructure"]
-SECOND_RUN += ["drying_ends", "tape_errors", "tape_verdicts"]
+SECOND_RUN += ["drying_ends", "drying_calibration", "tape_errors", "tape_verdicts"]
 # Each of these is there for every slurry, surrogate or table.
 FOLDERS = {"dem", "frames", "dataset", "models", "hybrid", "rdf", "perturbed", "structure", "tables", "tape"}
 # Seconds derive from seconds, like those of OF_TIME.
@@ -298,7 +298,13 @@ def test_new_slurry_from_its_recipe_alone(project):
     assert tables["density_volume"].density_g_cm3[0] == pytest.approx(density_g_cm3)
     chain = tables["cost"].stage[tables["cost"].slurry == "X"]
     stages = ["generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry", "compute_rdf"]
-    assert list(chain) == [*stages, "dry_slurry", "measure_microstructure", "measure_microstructure"]
+    assert list(chain) == [
+        *stages,
+        "calibrate_drying",
+        "dry_slurry",
+        "measure_microstructure",
+        "measure_microstructure",
+    ]
     assert (tables["speedup"].hybrid > 0).all() and tables["speedup"].dem.isna().all()
     figures = {path.stem for path in (alone / "figures").glob("*.png")}
     assert figures == {"workflow", "density", "rdf", "slurry_direct_X", "render_tape_X", "drying", "pores_X"}
