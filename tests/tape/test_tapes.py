@@ -87,7 +87,7 @@ def test_report_says_whether_the_tapes_are_those_of_the_dem(table):
     assert density == ["green density (g/cm³)", 1.0, 1.0, 0.0, 0.0]
     assert void[1:4] == pytest.approx([6.0, 6.0 + 2.6 / 3, 2.6 / 3])
     assert "The tapes of far differ from the DEM's in void." in section("report", "tape", **shared, **found)
-    assert "with 0.015 it has 3.3 g/cm³ and 34.0%." in section("report", "tape", **shared, **found)
+    assert "with 0.015 it has 3.30 g/cm³ and 34.0%." in section("report", "tape", **shared, **found)
     none = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2"]))
     assert "too few to compare the tapes of far" in section("report", "tape", **shared, **none)
 
