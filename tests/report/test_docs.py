@@ -153,6 +153,10 @@ def test_conclusions_on_the_drying():
     contacts = changes.coordination["mean"].drop(["none", "friction"], level="setting")
     assert contacts.between(-0.005, 0.12).all()
     drying = load("config")["drying"]
+    wet_g_cm3 = load("config")["formulation"]["phases"][drying["phase"]]["density_g_cm3"]
+    solvent_pg = drying["solvent_mass_fraction"] * wet_g_cm3
+    solvent_um3 = 1 - (wet_g_cm3 - solvent_pg) / drying["organics_density_g_cm3"]
+    assert f"{solvent_pg / solvent_um3:.2f} g/cm³ as shipped" in (ROOT / "docs" / "tape.md").read_text(encoding="utf-8")
     for _, setting, value in changes.index:
         assert setting == "none" or (drying | drying["force_field"])[setting] != value
 

@@ -108,11 +108,11 @@ def microstructure_mb(wildcards, attempt):
 
 
 def microstructure_minutes(wildcards, attempt):
-    """Walltime in minutes of the measures; a solution of the diffusion took 20 us for each voxel."""
+    """Walltime in minutes of the measures; 2 to 4 us for each voxel were measured of a solution of the diffusion."""
     settings = config["microstructure"]
     solutions = len(settings["tortuosity_axes"]) * len(settings["tortuosity_of"])
     solved = sum(voxels(wildcards, spacing_um) for spacing_um in settings["tortuosity_spacings_um"])
-    return structure_minutes(wildcards, attempt) + round(attempt * 3 * 2e-5 / 60 * solutions * solved)
+    return structure_minutes(wildcards, attempt) + round(attempt * 10 * 4e-6 / 60 * solutions * solved)
 
 
 def voxels(wildcards, spacing_um):
