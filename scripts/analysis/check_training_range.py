@@ -21,13 +21,14 @@ from slurrycast.data.frames import read_frames
 from slurrycast.data.tables import write_table
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import InputError
 
 
-def read_state(path: Path, frame: int, earlier: Sequence[int] = ()) -> tuple[str, State, list[float]]:
-    """Read id and state of a slurry at `frame`, and its densities (g/cm3) at `earlier` frames."""
+def read_state(
+    path: Path, frame: int, phases: Sequence[str], earlier: Sequence[int] = ()
+) -> tuple[str, State, list[float]]:
+    """Read id and state of a slurry at `frame`, with phases in this order, and its densities (g/cm3) at `earlier`."""
     with read_frames(path) as store:
-        state = State(store.particles, store.box(frame)[1], store.density_g_cm3(frame))
+        state = State(store.particles_of(phases), store.box(frame)[1], store.density_g_cm3(frame))
         return str(store.attributes["slurry"]), state, [store.density_g_cm3(number) for number in earlier]
 
 
@@ -36,6 +37,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--training", "DEM frames of slurries to learn from", nargs="+")
     parser.add_input("--predicted", "DEM frames of the others", nargs="+")
     parser.add_value("--roles", "role of each of --predicted, in order", nargs="+")
+    parser.add_value("--phases", "names of the phases of all slurries", nargs="+")
     parser.add_value("--last-input-frame", "number of the frame that is looked at", type=int)
     meaning = "number of the frame from which on the density was seen (default: the last)"
     parser.add_value("--first-frame-seen", meaning, type=int, default=None)
@@ -57,14 +59,12 @@ def main(args: Namespace) -> None:
     """Compare every slurry and write the table; those outside are said too."""
     with measured_cost(args.cost, "check_training_range"):
         earlier = range(args.first_frame_seen, args.last_input_frame)
-        read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
+        read = [read_state(path, args.last_input_frame, args.phases, earlier) for path in args.training]
         training = [training_slurry for _, training_slurry, _ in read]
         earlier_g_cm3 = [density for *_, densities_g_cm3 in read for density in densities_g_cm3]
         rows = []
         for path, role in zip(args.predicted, args.roles, strict=True):
-            slurry, predicted, _ = read_state(path, args.last_input_frame)
-            if predicted.particles.phase_names != training[0].particles.phase_names:
-                raise InputError(f"{path}: has other phases than {args.training[0]}")
+            slurry, predicted, _ = read_state(path, args.last_input_frame, args.phases)
             compared = compare_with_training(predicted, training, earlier_g_cm3)
             outside = [name for name, values in compared.items() if values.outside]
             if outside:

@@ -1,8 +1,8 @@
 """Compute the radial distribution functions of one slurry: target (DEM), predicted and relaxed structure.
 
 In: frame stores (HDF5) of the predicted and the relaxed structure, and of the DEM if it has the target.
-Out: a table (CSV) of one row for each pair of phases (`all` and the pair asked for) and bin: r_um, the centre of the
-bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin width is
+Out: a table (CSV) of one row for each pair of phases (`all` and the pair asked for, if any) and bin: r_um, the centre
+of the bin, and g_dem, g_predicted, g_relaxed, dimensionless; g_dem is empty without a target frame. The bin width is
 cutoff / bins; the range ends at min(cutoff, 0.49 x the shortest edge of the boxes compared).
 """
 
@@ -30,7 +30,7 @@ def pair_name(particles: Particles, phases: list[str]) -> str:
 
 
 def rdf_table(
-    structures: dict[str, tuple[FrameStore, int]], phases: list[str], cutoff_um: float, bins: int
+    structures: dict[str, tuple[FrameStore, int]], phases: list[str] | None, cutoff_um: float, bins: int
 ) -> pd.DataFrame:
     """Curves of all `structures` (name of the column: store and frame number) in the same bins."""
     first, *others = (store for store, _ in structures.values())
@@ -38,7 +38,7 @@ def rdf_table(
         store.check_same_particles(first)
     particles = first.particles
     r_edges_um = bin_edges_um(cutoff_um, bins, [store.box(frame)[1] for store, frame in structures.values()])
-    pairs = {"all": "all", "-".join(phases): pair_name(particles, phases)}
+    pairs = {"all": "all"} | ({"-".join(phases): pair_name(particles, phases)} if phases else {})
     curves = {
         column: radial_distributions(store.position_um(k), *store.box(k), particles, r_edges_um)
         for column, (store, k) in structures.items()
@@ -58,7 +58,7 @@ def add_options(parser: Parser) -> None:
     parser.add_target()
     parser.add_value("--cutoff-um", "longest distance wanted, um", type=float)
     parser.add_value("--bins", "number of bins up to --cutoff-um", type=int)
-    parser.add_value("--pair", "two phases, beside all particles", nargs=2, metavar="PHASE")
+    parser.add_value("--pair", "two phases, beside all particles", nargs=2, metavar="PHASE", default=None)
     parser.add_output("--rdf", "curves (CSV)")
     parser.add_output("--cost", "cost record (JSON)")
 

@@ -19,6 +19,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--frames", "frame stores of the training slurries", nargs="+")
     parser.add_value("--input-frames", "frame numbers of the input", nargs="+", type=int)
     parser.add_value("--target-frame", "frame number of the target", type=int)
+    parser.add_value("--phases", "names of the phases, in the order of their numbers", nargs="+")
     parser.add_value("--validation-share", "share of the particles, 0 to 1", type=float)
     parser.add_value("--seed", "seed of the split", type=int)
     parser.add_output("--dataset", "data set, HDF5")
@@ -32,7 +33,7 @@ def main(args: Namespace) -> None:
         for path in args.frames:
             with read_frames(path) as store:
                 frames = [store.frame(k) for k in args.input_frames]
-                features.append(particle_history(store.particles, frames))
+                features.append(particle_history(store.particles_of(args.phases), frames))
                 input_edges_um.append([frame.edges_um for frame in frames])
                 target_edges_um.append(store.box(args.target_frame)[1])
                 targets.append(store.position_um(args.target_frame))

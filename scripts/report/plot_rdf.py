@@ -52,9 +52,9 @@ def draw_rdf(
             axes.set_visible(True)
             of_pair = of_slurry[of_slurry.pair == pair]
             axes.axhline(1, color="#aab3bb", lw=0.7, zorder=1)
-            target = of_pair[of_pair.surrogate == of_pair.surrogate.iloc[0]]
+            target = of_pair[of_pair.surrogate == surrogates[0]]
             axes.plot(target.r_um, target.g_dem, **DEM_STYLE)
-            lines = [(f"r < {target.r_um.max():.1f} µm", INK)]
+            lines = [("not in its recipe" if of_pair.empty else f"r < {target.r_um.max():.1f} µm", INK)]
             known = [name for name in surrogates if (name, slurry, pair) in differences]
             lines += [("mean |Δg|", INK)] if known else []
             lines += [(f"{differences[name, slurry, pair]:.3f}", colours[name]) for name in known]

@@ -37,6 +37,8 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--frames", "frame store of the slurry", required=False)
     parser.add_value("--input-frames", "frame numbers of the input", nargs="*", type=int)
     parser.add_value("--target-frame", "frame number that the prediction stands for", type=int)
+    meaning = "names of the phases, in the order of their numbers in training (default: as in the slurry)"
+    parser.add_value("--phases", meaning, nargs="+", default=None)
     parser.add_output("--predicted", "predicted microstructure, HDF5")
     parser.add_output("--cost", "cost record, JSON")
     learned = parser.add_argument_group("of a surrogate that learned")
@@ -69,9 +71,13 @@ def needed_options(args: Namespace) -> list[str]:
 
 @dataclass(frozen=True)
 class Start:
-    """What is known of a slurry before it is predicted: its particles, the input frames, and where they come from."""
+    """What is known of a slurry before it is predicted: its particles, the input frames, and where they come from.
+
+    `numbered` are the same particles with the numbers that phases have in training.
+    """
 
     particles: Particles
+    numbered: Particles
     frames: tuple[Frame, ...]
     attributes: Mapping[str, str | int | float]
 
@@ -85,9 +91,10 @@ def start_of(args: Namespace, surrogate: Surrogate) -> Start:
         scaled, not_counted = to_scaled(position_um, -edges_um / 2, edges_um), np.full(len(type), -1, dtype=np.int32)
         frame = Frame(0, 0, 0.0, position_um, scaled, not_counted, -edges_um / 2, edges_um)
         attributes = {"slurry": inputs["slurry"]} | {name: json.dumps(inputs[name]) for name in ("physics", "seeds")}
-        return Start(particles, (frame,), attributes)
+        return Start(particles, particles, (frame,), attributes)
     with read_frames(args.frames) as store:
-        return Start(store.particles, tuple(store.frame(k) for k in args.input_frames), store.attributes)
+        numbered = store.particles_of(args.phases) if args.phases else store.particles
+        return Start(store.particles, numbered, tuple(store.frame(k) for k in args.input_frames), store.attributes)
 
 
 def prediction_input_for(args: Namespace, surrogate: Surrogate, start: Start) -> PredictionInput:
@@ -107,7 +114,7 @@ def prediction_input_for(args: Namespace, surrogate: Surrogate, start: Start) ->
         inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
         continuation = Continuation(args.restart, args.coefficients, inputs, launcher, args.work)
     slurry = str(start.attributes["slurry"])
-    return PredictionInput(slurry, start.particles, start.frames, final_edges_um, continuation)
+    return PredictionInput(slurry, start.numbered, start.frames, final_edges_um, continuation)
 
 
 def advice(surrogate: Surrogate, adopted: bool) -> str:

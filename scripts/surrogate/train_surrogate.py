@@ -46,7 +46,8 @@ def add_options(parser: Parser) -> None:
     )
     frames.add_argument("--input-frames", nargs="+", type=int, help="frame numbers of the input")
     frames.add_argument("--target-frame", type=int, help="frame number of the target")
-    needed = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame"]}
+    frames.add_argument("--phases", nargs="+", help="names of the phases, in the order of their numbers")
+    needed = {"samples": ["dataset"], "frames": ["frames", "input_frames", "target_frame", "phases"]}
     parser.needs(lambda args: needed[surrogates.parse(args.surrogate).surrogate.learns_from])
 
 
@@ -57,8 +58,9 @@ def read_data(
     if surrogate.learns_from == "samples":
         training_set = read_training_set(args.dataset)
         return training_set, len(training_set)
-    slurries = read_trajectories(args.frames, partial(surrogate.needed_frames, settings))
-    validation = read_trajectories(args.validation_frames, partial(surrogate.needed_frames, settings, moved=False))
+    slurries = read_trajectories(args.frames, partial(surrogate.needed_frames, settings), args.phases)
+    needed = partial(surrogate.needed_frames, settings, moved=False)
+    validation = read_trajectories(args.validation_frames, needed, args.phases)
     return (slurries, validation), sum(len(slurry.particles) for slurry in slurries)
 
 
@@ -84,7 +86,7 @@ def main(args: Namespace) -> None:
     settings = {**args.settings, **label.settings, "seed": args.seed}
     surrogate, sources = label.surrogate, learned_from(args)
     if surrogate.learns_from == "frames":
-        settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame}
+        settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame, "phases": args.phases}
     known = [*map(checksum, sources), args.surrogate, settings, *code_versions(label.name)]
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:

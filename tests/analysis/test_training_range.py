@@ -201,7 +201,8 @@ def outputs(tmp_path) -> dict:
 def test_script_writes_the_table(frames_of, outputs):
     training = [frames_of("T1", slurry(300.0)), frames_of("T2", slurry(500.0, (3.0, 3.0, 7.0)))]
     predicted = [frames_of("V1", slurry(300.0)), frames_of("007", slurry(700.0, (3.0, 3.0, 6.5)))]
-    options = {"training": training, "predicted": predicted, "roles": ["validation", "test"], "last_input_frame": 10}
+    options = {"training": training, "predicted": predicted, "last_input_frame": 10}
+    options |= {"roles": ["validation", "test"], "phases": list(PHASES)}
     rows = written("check_training_range", **options, **outputs)
     said = run_script("check_training_range", **options, **outputs).stdout
     assert said == "[007] outside the training range: particles, density_g_cm3\n"
@@ -236,6 +237,7 @@ def test_script_reads_the_densities_of_earlier_frames(tmp_path, outputs):
             frames.append(frame(number, nowhere_um, edges_um))
         write_store(tmp_path / f"{name}.h5", frames, slurry(300.0).particles, slurry=name)
     options = {"training": tmp_path / "T1.h5", "predicted": tmp_path / "2.h5", "roles": "test", "last_input_frame": 10}
+    options |= {"phases": list(PHASES)}
     for first, outside in ((8, "no"), (9, "no"), (10, "yes")):
         rows = written("check_training_range", **options, **outputs, first_frame_seen=first).set_index("quantity")
         assert rows.outside["density_g_cm3"] == outside
@@ -245,11 +247,11 @@ def test_script_reads_the_densities_of_earlier_frames(tmp_path, outputs):
 
 
 def test_script_refuses_what_does_not_fit(frames_of, outputs):
-    options = {"training": frames_of("T1", slurry(300.0)), "last_input_frame": 10, **outputs}
+    options = {"training": frames_of("T1", slurry(300.0)), "phases": list(PHASES), "last_input_frame": 10, **outputs}
     other = frames_of("1", slurry(300.0, phases={"Ni": PHASES["BDPD"], "NiO": PHASES["NiO"]}))
     late = frames_of("2", slurry(300.0), number=11)
     for path, said in (
-        (other, f"has other phases than {options['training']}"),
+        (other, "phase Ni: must be one of BDPD, NiO"),
         (late, "frame 10 is not in the file, which holds frames 11 to 11"),
     ):
         assert refusal("check_training_range", predicted=path, roles="test", **options) == f"error: {path}: {said}\n"
@@ -260,7 +262,7 @@ def test_script_refuses_what_does_not_fit(frames_of, outputs):
 def test_table_reads_back_as_it_was_compared(frames_of, outputs):
     """9 digits in the table do not decide what is outside: the numbers are compared before."""
     path = frames_of("T1", slurry(300.0))
-    options = {"training": path, "predicted": path, "roles": "new", "last_input_frame": 10}
+    options = {"training": path, "predicted": path, "roles": "new", "phases": list(PHASES), "last_input_frame": 10}
     rows = written("check_training_range", **options, **outputs)
     assert set(rows.outside) == {"no"}
     pd.testing.assert_series_equal(rows.value, rows.training_min, check_names=False)

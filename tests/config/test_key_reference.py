@@ -22,9 +22,11 @@ def test_schemas_are_valid_and_refuse_unknown_keys_at_every_level(name):
             yield from sections(item)
 
     jsonschema.Draft202012Validator.check_schema(schema(name))
+    recipes = list(sections(schema("config")["properties"]["formulations"]))  # hold what differs
     for section in sections(schema(name)):
         assert section["additionalProperties"] is False
-        assert section.get("required", []) == list(section.get("properties", {}))
+        needed = [key for key in section.get("properties", {}) if (name, key) != ("slurries", "formulation")]
+        assert section in recipes or section.get("required", []) == needed
 
 
 def test_readme_is_in_step_with_schema_and_configuration():

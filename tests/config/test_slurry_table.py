@@ -35,7 +35,9 @@ BAD_HEADERS = [
     HEADER.replace("seed", "id"),
     HEADER.replace("mass_units", "mass_pg"),
 ]
-COLUMNS = "must be the columns id, role, mass_units, thickness_ratio, seed, separated by tabs"
+COLUMNS = (
+    "must be the columns id, role, mass_units, thickness_ratio, seed, and formulation if you like, separated by tabs"
+)
 NAMED_ALIKE = "is named like a slurry of the table: rename that slurry"
 # rows, the line
 BAD_ROWS = {

@@ -97,7 +97,8 @@ def test_split_depends_on_the_seed_and_favours_no_place():
 def test_assembled_values_are_those_of_the_frame_store(command, slurry, tmp_path):
     """The script against the store; the second slurry is the first one again, so every box appears twice."""
     paths = {"dataset": tmp_path / "training.h5", "cost": tmp_path / "cost.json"}
-    options = {"input_frames": [7, 9, 10], "target_frame": 120, "validation_share": 0.2, "seed": 3}
+    options = {"input_frames": [7, 9, 10], "target_frame": 120, "phases": ["BDPD", "NiO", "8YSZ"]}
+    options |= {"validation_share": 0.2, "seed": 3}
     words = command("assemble_dataset", frames=[slurry / "frames.h5"] * 2, **options, **paths)
     subprocess.run(words, check=True)
     data = read_training_set(paths["dataset"])

@@ -187,10 +187,11 @@ def results(tmp_path, model, history) -> Results:
         config_text="run: {name: unit}",
         versions={"python": "3.11.7", "packages": {"keras": "3.15.1"}},
         roles=roles,
+        formulations=dict.fromkeys(roles, ""),
         inputs={
             row.slurry: {
                 "mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399},
-                "physics": {"slurry": {"mass_units": row.mass_units}},
+                "physics": {"slurry": {"mass_units": row.mass_units}, "formulation": CONFIG["formulation"]},
                 "types": [{"particles": row.particles - 40}, {"particles": 40}],
             }
             for row in equilibrium.itertuples()
@@ -222,7 +223,7 @@ def restricted(results: Results, slurries: list[str], **changes: object) -> Resu
     tables = ("equilibrium", "relaxation_ends", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
     tables += ("training_range",)
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
-    for name in ("roles", "inputs", "runs"):
+    for name in ("roles", "formulations", "inputs", "runs"):
         kept[name] = {slurry: of_slurry for slurry, of_slurry in getattr(results, name).items() if slurry in slurries}
     return replace(results, **kept | changes)
 
@@ -508,7 +509,14 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
     roles = {slurry: "validation" if slurry == "V1" else "test" for slurry in slurries}
     rows_of_runs = [test.assign(slurry=slurry, role=role) for slurry, role in roles.items()]
     of_runs = {"inputs": dict.fromkeys(roles, results.inputs["2"]), "runs": dict.fromkeys(roles, results.runs["2"])}
-    return replace(results, equilibrium=pd.concat(rows_of_runs, ignore_index=True), roles=roles, **of_runs, **tables)
+    return replace(
+        results,
+        equilibrium=pd.concat(rows_of_runs, ignore_index=True),
+        roles=roles,
+        formulations=dict.fromkeys(roles, ""),
+        **of_runs,
+        **tables,
+    )
 
 
 @pytest.mark.parametrize(

@@ -156,6 +156,7 @@ def test_packing_fraction_of_the_training_slurries(command, slurry, tmp_path):
         expected = (4 / 3 * np.pi * store.particles.radius_um**3).sum() / store.volume_um3(120)
         assert measured["mean"] == pytest.approx(expected)
         assert measured["slurries"] == {store.attributes["slurry"]: measured["mean"]}
+        assert measured["source"] == "dem"
     words = command("measure_packing", given=0.5, packing=tmp_path / "p.json", cost=tmp_path / "c.json")
     subprocess.run(words, check=True)
-    assert json.loads((tmp_path / "p.json").read_text()) == {"mean": 0.5, "slurries": {}}
+    assert json.loads((tmp_path / "p.json").read_text()) == {"mean": 0.5, "source": "configuration", "slurries": {}}

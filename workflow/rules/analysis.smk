@@ -78,11 +78,12 @@ rule check_training_range:
         "../../envs/analysis.yaml"
     params:
         roles=[SLURRIES[slurry].role for slurry in PREDICTED],
+        phases=PHASES,
         last_input_frame=max(INPUT_FRAMES),
         first_frame_seen=first_frame_seen(),
     shell:
         "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q} --roles {params.roles:q}"
-        " --last-input-frame {params.last_input_frame} --first-frame-seen {params.first_frame_seen}"
+        " --phases {params.phases:q} --last-input-frame {params.last_input_frame} --first-frame-seen {params.first_frame_seen}"
         " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
@@ -152,10 +153,10 @@ rule compute_rdf:
         target=target_options,
         cutoff_um=config["analysis"]["rdf_cutoff_um"],
         bins=config["analysis"]["rdf_bins"],
-        pair=config["analysis"]["rdf_pair"],
+        pair=rdf_pair,
     shell:
         "python {input.script:q} --predicted {input.predicted:q} --relaxed {input.relaxed:q}"
-        " {params.target:q} --cutoff-um {params.cutoff_um} --bins {params.bins} --pair {params.pair:q}"
+        " {params.target:q} --cutoff-um {params.cutoff_um} --bins {params.bins} {params.pair:q}"
         " --rdf {output.rdf:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
@@ -186,7 +187,7 @@ rule collect_costs:
             *expand(rules.run_slurry.output.cost, slurry=SIMULATED),
             *expand(rules.extract_frames.output.cost, slurry=SIMULATED),
             *([rules.assemble_dataset.output.cost] if TRAINING else []),
-            *([rules.measure_packing.output.cost] if BOXED else []),
+            *(PACKING_COSTS if BOXED else []),
             *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
             *expand(f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json", surrogate=FITTED),
             *expand(

@@ -23,7 +23,7 @@ except environment.InputError as error:
     raise WorkflowError(str(error)) from None
 
 from slurrycast import surrogates
-from slurrycast.config import composition, configuration, dem_checks, derived_runs, label_settings, physics
+from slurrycast.config import configuration, dem_checks, derived_runs, formulations, label_settings, physics
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -44,7 +44,7 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
-config = composition.wet_composition(configuration.in_order(config))
+config = formulations.wet_recipes(configuration.in_order(config))
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
 TRAINING_NEEDED = config["surrogate"]["model"] is None
@@ -54,6 +54,10 @@ if not TRAINING_NEEDED:
 REPLICAS = {run.id: run for run in derived_runs.replicas(config, SLURRIES.values())}
 TIMESTEP_RUNS = {run.id: run for run in derived_runs.timestep_runs(config, SLURRIES.values())}
 RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
+
+# The configuration as it holds for each recipe, by name; the default has none.
+RECIPES = {name: formulations.of_recipe(config, name) for name in ["", *config["formulations"]]}
+PHASES = formulations.all_phases(config)  # their order numbers them for what learns from slurries of several recipes
 
 RESULTS = f"results/{config['run']['name']}"
 SURROGATES = config["surrogate"]["names"]  # in the main job
@@ -152,9 +156,14 @@ def section(value):
     return json.dumps(value, ensure_ascii=False)
 
 
+def config_of(slurry):
+    """The configuration as it holds for a slurry: with `formulation`, `force_field` and `drying` of its recipe."""
+    return RECIPES[RUNS[slurry].formulation]
+
+
 def particles(slurry):
     """Number of particles of a slurry."""
-    formulation = config["formulation"]
+    formulation = config_of(slurry)["formulation"]
     mass_pg = RUNS[slurry].mass_units * formulation["unit_mass_pg"]
     return int(particle_counts(particle_types(formulation["phases"]), mass_pg).sum())
 
@@ -255,7 +264,8 @@ def learning_options(wildcards, input):
     if not learns_from_frames(wildcards):
         return ["--dataset", input.dataset]
     options = ["--frames", *input.frames, "--validation-frames", *input.validation_frames]
-    return [*options, "--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
+    options += ["--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
+    return [*options, "--phases", *PHASES]
 
 
 def first_frame_seen():
@@ -363,6 +373,12 @@ def target_frames(wildcards):
 def target_options(wildcards, input):
     """Options of a script for the target that a structure is compared with."""
     return ["--frames", *input.frames, "--target-frame", TARGET_FRAME] if input.frames else []
+
+
+def rdf_pair(wildcards):
+    """Option of compute_rdf for the pair of phases, if the slurry's recipe has both."""
+    pair = config["analysis"]["rdf_pair"]
+    return ["--pair", *pair] if {*pair} <= {*config_of(wildcards.slurry)["formulation"]["phases"]} else []
 
 
 # The ids themselves, since any other pattern splits names like coordinates_vgg16_6_r1 in the wrong place.

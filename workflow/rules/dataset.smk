@@ -6,7 +6,7 @@ REQUIRED INPUTS:
 
 OUTPUTS:
     frames/{slurry}.h5
-    dataset/training.h5, packing_fraction.json
+    dataset/training.h5, packing_fraction.json, packing_fraction_<recipe>.json
 """
 
 
@@ -54,25 +54,45 @@ rule assemble_dataset:
     params:
         input_frames=INPUT_FRAMES,
         target_frame=TARGET_FRAME,
+        phases=PHASES,
         validation_share=config["learning"]["validation_share"],
         seed=config["learning"]["seed"],
     shell:
         "python {input.script:q} --frames {input.frames:q} --input-frames {params.input_frames} --target-frame"
-        " {params.target_frame} --validation-share {params.validation_share} --seed {params.seed}"
+        " {params.target_frame} --phases {params.phases:q} --validation-share {params.validation_share} --seed {params.seed}"
         " --dataset {output.dataset:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 
 
+def packing_file(slurry):
+    """Wildcard `recipe` of the packing fraction that sets the predicted box of a slurry."""
+    return "_" * bool(RUNS[slurry].formulation) + RUNS[slurry].formulation
+
+
+def packing_sources(wildcards):
+    """Structures that give the packing fraction of a recipe: training slurries, else what `direct` makes of it."""
+    if PACKING_GIVEN:
+        return []
+    of_it = [slurry for slurry in SLURRIES if packing_file(slurry) == wildcards.recipe]
+    if trained := [slurry for slurry in of_it if slurry in TRAINING]:
+        return [f"{RESULTS}/frames/{slurry}.h5" for slurry in trained]
+    return [f"{RESULTS}/hybrid/direct/{slurry}/relaxed.h5" for slurry in of_it if slurry in PREDICTED]
+
+
+wildcard_constraints:
+    recipe=f"(?:{'|'.join(map(packing_file, SLURRIES))})",  # in brackets, since Snakemake ignores an empty pattern
+
+
 rule measure_packing:
-    """Take the packing fraction that sets the predicted box, from the training slurries or the configuration."""
+    """Take the packing fraction that sets the predicted boxes of a recipe, from slurries or the configuration."""
     input:
         **code("dataset/measure_packing"),
-        frames=expand(rules.extract_frames.output.frames, slurry=[] if PACKING_GIVEN else TRAINING),
+        frames=packing_sources,
     output:
-        packing=f"{RESULTS}/dataset/packing_fraction.json",
-        cost=f"{RESULTS}/costs/measure_packing.json",
+        packing=f"{RESULTS}/dataset/packing_fraction{{recipe}}.json",
+        cost=f"{RESULTS}/costs/measure_packing{{recipe}}.json",
     log:
-        f"{RESULTS}/logs/measure_packing.log",
+        f"{RESULTS}/logs/measure_packing{{recipe}}.log",
     localrule: True
     conda:
         "../../envs/analysis.yaml"
@@ -85,3 +105,9 @@ rule measure_packing:
     shell:
         "python {input.script:q} {params.source:q} --packing {output.packing:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
+
+
+# Of all recipes that are predicted.
+PACKING_COSTS = expand(
+    rules.measure_packing.output.cost, recipe=dict.fromkeys(packing_file(slurry) for slurry in PREDICTED)
+)

@@ -283,6 +283,7 @@ rule write_report:
         "../../envs/analysis.yaml"
     params:
         roles=section({id: slurry.role for id, slurry in SLURRIES.items()}),
+        formulations=section({id: slurry.formulation for id, slurry in SLURRIES.items()}),
         surrogates=SURROGATES,
         left_out=LEFT_OUT,
         optional=lambda wildcards, input: [
@@ -295,7 +296,8 @@ rule write_report:
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
-        " --run-json {input.runs:q} --roles {params.roles:q} --left-out {params.left_out:q}"
+        " --run-json {input.runs:q} --roles {params.roles:q} --formulations {params.formulations:q}"
+        " --left-out {params.left_out:q}"
         " --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --relaxation-ends"
         " {input.relaxation_ends:q} --cost-table {input.cost:q} --speedup {input.speedup:q}"

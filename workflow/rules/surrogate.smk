@@ -2,7 +2,7 @@
 trained on.
 
 REQUIRED INPUTS:
-    frames/{slurry}.h5; dataset/training.h5 or config[surrogate][model]; dataset/packing_fraction.json
+    frames/{slurry}.h5; dataset/training.h5 or config[surrogate][model]; dataset/packing_fraction.json of its recipe
     dem/{slurry}/frame_<k>.restart, inputs.json, coefficients.lmp, run.json: for those that go on with the DEM
     config[learning], config[surrogate]
 
@@ -95,7 +95,9 @@ rule predict_slurry:
         **code("surrogate/predict_slurry", loads_surrogate=True),
         model=lambda wildcards: model_of(wildcards.surrogate),
         packing=lambda wildcards: (
-            rules.measure_packing.output.packing if KINDS[wildcards.surrogate].needs_packing_fraction else []
+            expand(rules.measure_packing.output.packing, recipe=packing_file(wildcards.slurry))
+            if KINDS[wildcards.surrogate].needs_packing_fraction
+            else []
         ),
     output:
         predicted=f"{RESULTS}/hybrid/{{surrogate}}/{{slurry}}/predicted.h5",
@@ -118,6 +120,7 @@ rule predict_slurry:
         settings=surrogate_settings,
         input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         target_frame=TARGET_FRAME,
+        phases=PHASES,
         learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
         adopted=lambda wildcards: [] if TRAINING_NEEDED or not KINDS[wildcards.surrogate].is_trained else ["--adopted"],
         boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],
@@ -126,7 +129,7 @@ rule predict_slurry:
     shell:
         "python {input.script:q} --surrogate {wildcards.surrogate:q} --settings {params.settings:q}"
         " {params.started:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
-        " {params.learned:q} {params.adopted:q} {params.boxed:q} {params.continued:q}"
+        " --phases {params.phases:q} {params.learned:q} {params.adopted:q} {params.boxed:q} {params.continued:q}"
         " --executable={resources.executable:q} --launcher={resources.mpi:q} --ranks {resources.tasks}"
         " --predicted {output.predicted:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"

@@ -4,7 +4,7 @@ A surrogate interpolates between the slurries that it learned from; of a slurry 
 The densities of earlier input frames, where these slurries were looser, belong to the range.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,21 +81,19 @@ def fraction(particles: Particles, phase: str) -> Value:
     return mean_value(is_phase, counts, np.full(len(counts), PHASE_SLACK))
 
 
-def mean_radius_um(particles: Particles, types: Mapping[int, tuple[int, float]]) -> Value:
-    """Mean radius over the particles, each of which counts as one; `types` has phase and radius (um) of each type."""
-    phase, radius_um = (np.array(column) for column in zip(*types.values(), strict=True))
-    counts = np.array([np.sum(particles.type == each) for each in types])
+def mean_radius_um(particles: Particles, types: np.ndarray) -> Value:
+    """Mean radius over the particles, each of which counts as one; `types` as `types_of` returns them."""
+    phase, radius_um = types.T
+    counts = np.array([np.sum((particles.phase == p) & (particles.radius_um == r)) for p, r in types])
     return mean_value(radius_um, counts, class_slack(phase))
 
 
-def types_of(slurries: Iterable[Particles]) -> dict[int, tuple[int, float]]:
-    """Phase and radius (um) of each particle type that occurs; a small slurry may have no particle of a rare one."""
-    properties = [np.column_stack([each.type, each.phase, each.radius_um]) for each in slurries]
-    rows = np.unique(np.concatenate(properties), axis=0)
-    return {int(number): (int(phase), float(radius_um)) for number, phase, radius_um in rows}
+def types_of(slurries: Iterable[Particles]) -> np.ndarray:
+    """Phase and radius in um (types, 2) of each type of particle that occurs; a small slurry may lack a rare one."""
+    return np.unique(np.concatenate([np.column_stack([each.phase, each.radius_um]) for each in slurries]), axis=0)
 
 
-def quantities(slurry: State, types: Mapping[int, tuple[int, float]]) -> dict[str, Value]:
+def quantities(slurry: State, types: np.ndarray) -> dict[str, Value]:
     """All that is compared, by name: size, shape, density and composition of a slurry."""
     edges_um, particles = slurry.edges_um, slurry.particles
     exact = {

@@ -3,6 +3,7 @@
 configuration       entry: checks everything before any job, and reports all problems at once
 schema_errors       what the schemas in workflow/schemas allow, and the lines that say so
 slurry_table        reads the slurry table
+formulations        the recipes of one run, and the configuration as it holds for a slurry
 dem_checks          checks across keys: recipe, force field, DEM, frames, studies
 surrogate_checks    checks across keys: surrogates, their labels and models
 label_settings      what the configuration means for one label of a surrogate

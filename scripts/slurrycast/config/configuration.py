@@ -13,6 +13,7 @@ from typing import Any
 from slurrycast.config import dem_checks, drying_checks, surrogate_checks
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.formulations import of_recipe, wet_recipes
 from slurrycast.config.physics import changed_physics
 from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
@@ -22,9 +23,31 @@ from slurrycast.runtime.files import InputError
 # Each check with the keys that it reads: it is left out where the schema has found one of them wrong.
 CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.commands: "dem.executable dem.launcher",
+    dem_checks.recipe_names: "slurries formulations",
+    dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
+    dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
+    surrogate_checks.roles: "slurries surrogate.model surrogate.names surrogate.packing_fraction",
+    surrogate_checks.labels: (
+        "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
+    ),
+    surrogate_checks.result_paths: (
+        "slurries surrogate.names evaluation convergence report.pictures dem.timestep_us dem.steps "
+        "dem.thermo_every_steps"
+    ),
+    surrogate_checks.intermediate_targets: "surrogate.neighbours",
+    surrogate_checks.model: "surrogate.names surrogate.model surrogate.packing_fraction",
+    surrogate_checks.model_of_this_run: "run surrogate.model",
+    surrogate_checks.packing_of_recipes: "slurries formulations surrogate evaluation.surrogates",
+    dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
+    dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
+    drying_checks.extrapolation: "microstructure",
+    dem_checks.rdf_pair: "formulation.phases formulations analysis.rdf_pair",
+}
+# The same for checks of one recipe: they take the configuration as it holds for it, and its slurries.
+RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.fractions: "formulation.phases",
     drying_checks.solvent: "formulation.phases drying",
-    dem_checks.packing: ("formulation.phases formulation.expected_density_g_cm3 formulation.initial_packing_fraction"),
+    dem_checks.packing: "formulation.phases formulation.expected_density_g_cm3 formulation.initial_packing_fraction",
     dem_checks.whole_particles: "formulation.phases formulation.unit_mass_pg",
     dem_checks.box_edges: (
         "formulation.phases formulation.unit_mass_pg formulation.expected_density_g_cm3 "
@@ -39,31 +62,14 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "dem.barostat dem.pressure_damping_us dem.timestep_us dem.steps dem.temperature_k dem.pressure_kpa "
         "formulation.phases formulation.initial_packing_fraction"
     ),
-    dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
-    dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
-    surrogate_checks.roles: "slurries surrogate.model surrogate.names surrogate.packing_fraction",
-    surrogate_checks.labels: (
-        "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
-    ),
-    surrogate_checks.result_paths: (
-        "slurries surrogate.names evaluation convergence report.pictures dem.timestep_us dem.steps "
-        "dem.thermo_every_steps"
-    ),
     surrogate_checks.neighbours_cutoff: (
         "surrogate.names evaluation.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
         "formulation.expected_density_g_cm3"
     ),
-    surrogate_checks.intermediate_targets: "surrogate.neighbours",
-    surrogate_checks.model: "surrogate.names surrogate.model surrogate.packing_fraction",
-    surrogate_checks.model_of_this_run: "run surrogate.model",
-    dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
-    dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.drying: (
         "slurries formulation force_field drying microstructure dem.timestep_us dem.skin_um dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
-    drying_checks.extrapolation: "microstructure",
-    dem_checks.rdf_pair: "formulation.phases analysis.rdf_pair",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }
 
@@ -96,14 +102,21 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     lines += table_lines
     if table_lines:
         bad.append(["slurries"])  # the good rows are checked below, but not whether a role is missing
-    if usable("formulation.phases drying"):
-        config = wet_composition(config)
-    for check_across_keys, keys in CHECKS.items():
-        if usable(keys):
-            lines += check_across_keys(config, slurries)
-    if usable("run formulation force_field dem evaluation convergence"):
-        runs = [*slurries, *replicas(config, slurries), *timestep_runs(config, slurries)]
-        lines += changed_physics(config, runs, Path("results") / config["run"]["name"])
+    lines += [line for check, keys in CHECKS.items() if usable(keys) for line in check(config, slurries)]
+    names = list(config["formulations"]) if usable("formulations") and usable("formulation force_field drying") else []
+    of_default: list[str] = []
+    for name in ["", *names]:
+        recipe = of_recipe(config, name)
+        if usable("formulation.phases drying"):
+            recipe = wet_composition(recipe)
+        of_it = [slurry for slurry in slurries if slurry.formulation == name]
+        wrong = [line for check, keys in RECIPE_CHECKS.items() if usable(keys) for line in check(recipe, of_it)]
+        lines += [f"formulations.{name}: {line}" if name else line for line in wrong if line not in of_default]
+        of_default = of_default or wrong
+    if usable("run formulation formulations slurries force_field drying dem evaluation convergence"):
+        slurries_known = [slurry for slurry in slurries if slurry.formulation in ("", *names)]
+        runs = [*slurries_known, *replicas(config, slurries_known), *timestep_runs(config, slurries_known)]
+        lines += changed_physics(wet_recipes(config), runs, Path("results") / config["run"]["name"])
     return slurries, [printable(line) for line in lines]
 
 

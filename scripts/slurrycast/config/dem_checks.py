@@ -10,6 +10,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.formulations import all_phases, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, recipe
@@ -35,6 +36,16 @@ def commands(config: Mapping, _) -> Iterator[str]:
                 shlex.split(command)
         except ValueError as error:  # an open quote, or a character that no path has
             yield f"dem.{key} = {shown(command)}: {str(error).lower()}: must be a program, or one with its options"
+
+
+def recipe_names(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Each slurry names a recipe that there is."""
+    names = list(config["formulations"])
+    for slurry in slurries:
+        if slurry.formulation not in ("", *names):
+            place = f"{config['slurries']}: slurry {slurry.id}: formulation = {shown(slurry.formulation)}"
+            may_be = f"one of {', '.join(names)}, or empty" if names else "empty, as formulations has no recipe"
+            yield f"{place}: must be {may_be}"
 
 
 def fractions(config: Mapping, _) -> Iterator[str]:
@@ -246,17 +257,18 @@ def convergence(config: Mapping, _) -> Iterator[str]:
 
 
 def rdf_pair(config: Mapping, _) -> Iterator[str]:
-    """The phases of the RDF exist."""
-    pair, phases = config["analysis"]["rdf_pair"], list(config["formulation"]["phases"])
+    """The phases of the RDF exist, in one of the recipes."""
+    pair, phases = config["analysis"]["rdf_pair"], all_phases(config)
     if not set(pair) <= set(phases):
         yield f"analysis.rdf_pair = {shown(pair)}: must be two phases of {', '.join(phases)}, which may be the same"
 
 
 def phase_counts(config: Mapping, slurry: Slurry) -> dict[str, int]:
-    """Number of particles of each phase in a slurry."""
-    types = recipe.particle_types(config["formulation"]["phases"])
-    counts = recipe.particle_counts(types, slurry.mass_units * config["formulation"]["unit_mass_pg"])
-    phases = dict.fromkeys(t.phase for t in types)
+    """Number of particles of each phase of all recipes in a slurry."""
+    formulation = of_slurry(config, slurry)["formulation"]
+    types = recipe.particle_types(formulation["phases"])
+    counts = recipe.particle_counts(types, slurry.mass_units * formulation["unit_mass_pg"])
+    phases = all_phases(config)
     return {phase: sum(int(n) for t, n in zip(types, counts, strict=True) if t.phase == phase) for phase in phases}
 
 
@@ -277,10 +289,11 @@ def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
 def replicated_pairs(config: Mapping, replicated: Sequence[Slurry], compared: Sequence[Slurry]) -> Iterator[str]:
     """What is measured between particles of one phase in a compared slurry is so in one replicated slurry too."""
     counts = [phase_counts(config, slurry) for slurry in replicated]
-    for phase in config["formulation"]["phases"]:
+    for phase in all_phases(config):
         measured = [slurry.id for slurry in compared if phase_counts(config, slurry)[phase] > 1]
-        if measured and all(each[phase] == 1 for each in counts):
+        if measured and all(each[phase] <= 1 for each in counts):
+            most = max(each[phase] for each in counts)
             yield (
-                f"evaluation.replicated = {shown([slurry.id for slurry in replicated])}: 1 particle of {phase} each: "
-                f"must hold a slurry with at least 2, as slurry {measured[0]} has,"
+                f"evaluation.replicated = {shown([slurry.id for slurry in replicated])}: {most} particle of {phase} "
+                f"each: must hold a slurry with at least 2, as slurry {measured[0]} has,"
             )

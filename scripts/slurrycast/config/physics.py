@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from slurrycast.config.derived_runs import dem_settings
+from slurrycast.config.formulations import of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 
@@ -22,6 +23,7 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     Left out: the slurry's role, the density that is only expected, and DEM_NOT_PHYSICS. The order of the phases numbers
     them, so it is listed: a mapping does not keep it.
     """
+    config = of_slurry(config, slurry)
     formulation = {key: value for key, value in config["formulation"].items() if key != "expected_density_g_cm3"}
     return {
         "formulation": formulation | {"order": list(formulation["phases"])},

@@ -32,7 +32,9 @@ def _rows(rule: Mapping, default: Any, name: str = "", path: tuple[str, ...] = (
 
 
 def _row(rule: Mapping, default: Any, name: str, path: tuple[str, ...]) -> Iterator[str]:
-    if rule["type"] == "object":
+    if "same_as" in rule:
+        yield f"| `{name}` | {rule.get('unit', '')} | As `{rule['same_as']}`. | {allowed(rule)} | |"
+    elif rule["type"] == "object":
         yield from _rows(rule, default, name, path)
     elif rule["type"] == "array" and rule["items"]["type"] == "object":
         yield from _rows(rule["items"], default, f"{name}[]", (*path, "*"))
@@ -50,7 +52,7 @@ def reference() -> str:
     head = "| key | unit | meaning | allowed | demo |\n|---|---|---|---|---|\n"
     for key, rule in schema("config")["properties"].items():
         text += f"\n### `{key}`\n\n" + (
-            textwrap.fill(rule["description"], 120) + "\n\n" if "properties" in rule else ""
+            textwrap.fill(rule["description"], 120) + "\n\n" if {"properties", "patternProperties"} & {*rule} else ""
         )
         text += head + "\n".join(_row(rule, default, key, (key,))) + "\n"
     text += "\n## Columns of the slurry table\n\n| column | unit | meaning | allowed |\n|---|---|---|---|\n"

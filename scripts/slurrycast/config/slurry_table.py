@@ -19,6 +19,7 @@ class Slurry:
     mass_units: float  # in formulation.unit_mass_pg
     thickness_ratio: float  # Lz / Lx
     seed: int
+    formulation: str = ""  # name of its recipe in `formulations`; empty: the default one
     dem: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def row(self) -> dict[str, str | float]:
@@ -61,10 +62,13 @@ def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
     except csv.Error as error:
         return [], [f"{path} line {reader.line_num}: {error}: must be cells separated by tabs"]
-    columns = schema("slurries")["properties"]
-    if not rows or sorted(rows[0][1]) != sorted(columns):
-        first_line = shown("\t".join(rows[0][1])) if rows else "nothing"
-        return [], [f"{path} line 1: {first_line}: must be the columns {', '.join(columns)}, separated by tabs"]
+    columns, required = (schema("slurries")[key] for key in ("properties", "required"))
+    names = rows[0][1] if rows else []
+    if len({*names}) < len(names) or not {*required} <= {*names} <= {*columns}:
+        first_line = shown("\t".join(names)) if rows else "nothing"
+        optional = ", ".join(name for name in columns if name not in required)
+        must_be = f"must be the columns {', '.join(required)}, and {optional} if you like, separated by tabs"
+        return [], [f"{path} line 1: {first_line}: {must_be}"]
     (_, header), *body = rows
     slurries, lines = [], []
     seen: dict[tuple[str, Any], int] = {}

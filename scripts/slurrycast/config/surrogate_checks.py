@@ -109,6 +109,25 @@ def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
         )
 
 
+def packing_of_recipes(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """A recipe without training slurries takes its packing fraction from `direct`, which is then there."""
+    labels = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
+    try:
+        boxed = [label for label in labels if surrogates.parse(label).surrogate.needs_packing_fraction]
+    except InputError:
+        return  # reported by `labels`
+    if not boxed or "direct" in labels or config["surrogate"]["packing_fraction"] is not None:
+        return
+    trained = {slurry.formulation for slurry in slurries if slurry.role == "train"}
+    for slurry in slurries:
+        if slurry.formulation and slurry.formulation not in trained:
+            yield (
+                f"surrogate.names: {boxed[0]} needs a packing fraction, and slurry {slurry.id} is of formulation "
+                f"{slurry.formulation}, which has no training slurry: must hold direct too, which finds one"
+            )
+            return
+
+
 def intermediate_targets(config: Mapping, _) -> Iterator[str]:
     """Intermediate targets increase, and the last layer is left for the target itself."""
     settings = config["surrogate"]["neighbours"]

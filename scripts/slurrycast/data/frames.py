@@ -16,7 +16,8 @@ Every array has its unit as attribute `units`. H5MD calls it `unit`, but MDAnaly
 that it does not know, and it knows neither um nor us. Attributes of `parameters` hold where the frames come from.
 """
 
-from collections.abc import Iterable, Mapping
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -104,6 +105,19 @@ class FrameStore:
             array = self.frame_numbers if name == "frame_numbers" else self._group[name]
             if array.shape != shape or array.dtype.kind not in "iuf" or not n or not frames:
                 raise ValueError(f"{name} holds {array.dtype} of shape {array.shape}, expected are numbers of {shape}")
+
+    def particles_of(self, phases: Sequence[str]) -> Particles:
+        """Its particles with the numbers of `phases`, which may be more than theirs, in the order of these names.
+
+        What learns from slurries of several recipes needs one number for one phase. InputError for a phase that is not
+        among them.
+        """
+        own = self.particles.phase_names
+        unknown = [name for name in own if name not in phases]
+        if unknown:
+            raise InputError(f"{self.path}: phase {unknown[0]}: must be one of {', '.join(phases)}")
+        numbers = np.array([phases.index(name) + 1 for name in own])
+        return dataclasses.replace(self.particles, phase=numbers[self.particles.phase - 1], phase_names=tuple(phases))
 
     @property
     def last(self) -> int:

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from slurrycast.data.frames import Frame, Particles, read_frames
-from slurrycast.runtime.files import InputError
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,9 @@ class Trajectory:
 
 
 def read_trajectories(
-    paths: Iterable[str | Path], needed: Callable[[Mapping[int, np.ndarray]], Sequence[int]]
+    paths: Iterable[str | Path],
+    needed: Callable[[Mapping[int, np.ndarray]], Sequence[int]],
+    phases: Sequence[str],
 ) -> list[Trajectory]:
     """Read some frames of several slurries.
 
@@ -31,20 +32,19 @@ def read_trajectories(
         Frame stores.
     needed
         Given the box edges (3,) in um by frame number, it returns the numbers of the frames that are read.
+    phases
+        Names of the phases of all slurries, in the order of their numbers.
 
     Raises
     ------
     InputError
-        If a frame is not there, or the phases differ from those of the first slurry.
+        If a frame is not there, or a slurry has another phase.
     """
     slurries = []
     for path in paths:
         with read_frames(path) as store:
             edges_um = dict(zip(store.frame_numbers.tolist(), store.all_edges_um(), strict=True))
             frames = {number: store.frame(number) for number in sorted(needed(edges_um))}
-            slurries.append(Trajectory(str(store.attributes["slurry"]), store.particles, frames, edges_um))
-        first, names = slurries[0], slurries[-1].particles.phase_names
-        if names != first.particles.phase_names:
-            expected = ", ".join(first.particles.phase_names)
-            raise InputError(f"{path}: has the phases {', '.join(names)}, slurry {first.slurry} has {expected}")
+            particles = store.particles_of(phases)
+            slurries.append(Trajectory(str(store.attributes["slurry"]), particles, frames, edges_um))
     return slurries

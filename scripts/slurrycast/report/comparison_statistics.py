@@ -138,7 +138,7 @@ def new_slurries(results: Results) -> dict | None:
     for surrogate in results.surrogates:
         for slurry, structure in results.structures(surrogate).reindex(new).dropna(subset="density").iterrows():
             mass_units = results.inputs[slurry]["physics"]["slurry"]["mass_units"]
-            against = structure.density / results.expected_density_g_cm3 - 1
+            against = structure.density / results.expected_g_cm3[slurry] - 1
             before = [mass_units, results.particles[slurry], *at_input[at_input.index == slurry]]
             rows.append([slurry, surrogate, *before, structure.density, against, structure.volume])
     return {"rows": rows, "pictures": pictures(results, new), "simulated": len(at_input) > 0}

@@ -27,6 +27,7 @@ class Results:
     config_text: str
     versions: Mapping
     roles: Mapping[str, str]  # by slurry, in the order of the slurry table
+    formulations: Mapping[str, str]  # names of their recipes, "" of the default
     inputs: Mapping[str, Mapping]  # inputs.json by slurry
     runs: Mapping[str, Mapping]  # run.json by slurry, of those that have a DEM, as in `equilibrium`
     density: pd.DataFrame
@@ -49,9 +50,13 @@ class Results:
     figures: Mapping[str, Path]
 
     @property
-    def expected_density_g_cm3(self) -> float:
-        """Density that the configuration expects of a dried slurry."""
-        return self.config["formulation"]["expected_density_g_cm3"]
+    def expected_g_cm3(self) -> pd.Series:
+        """Density that the configuration expects of each slurry in equilibrium."""
+        recipes = {"": self.config["formulation"], **self.config["formulations"]}
+        key = "expected_density_g_cm3"
+        return pd.Series(
+            {slurry: recipes[name].get(key, recipes[""][key]) for slurry, name in self.formulations.items()}
+        )
 
     def slurries(self, *roles: str) -> list[str]:
         """Ids of the slurries in one of `roles`, in the order of the slurry table."""

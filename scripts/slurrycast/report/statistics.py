@@ -45,7 +45,8 @@ def notices(results: Results) -> dict:
     """What limits the results: runs not in equilibrium, structures not at rest, odd densities, extrapolation."""
     dem = results.density[results.density.model == "DEM"]
     dried = results.drying_ends
-    odd = dem[(dem.density_g_cm3 / results.expected_density_g_cm3 - 1).abs() > DENSITY_TOLERANCE]
+    dem = dem.assign(expected_g_cm3=dem.slurry.map(results.expected_g_cm3))
+    odd = dem[(dem.density_g_cm3 / dem.expected_g_cm3 - 1).abs() > DENSITY_TOLERANCE]
     return {
         "unsettled": [row for row in results.equilibrium.itertuples() if row.warning],
         "odd_densities": list(odd.itertuples()),
@@ -148,18 +149,21 @@ def key_results(results: Results) -> dict:
 
 
 def settings(results: Results) -> dict:
-    """Settings of this run and the article's, and the formulation with what was reached."""
+    """Settings of this run and the article's, and the formulations with what was reached."""
     dem, learning = results.config["dem"], results.config["learning"]
     steps_per_frame = dem["steps"] // (dem["frames"] - 1)
     full_runs = results.slurries("train", "validation", "test")
     jobs = results.costs[(results.costs.stage == "run_slurry") & results.costs.slurry.isin(full_runs)]
-    reached = pd.DataFrame({slurry: inputs["mass_fractions_reached"] for slurry, inputs in results.inputs.items()})
+    reached = {slurry: inputs["mass_fractions_reached"] for slurry, inputs in results.inputs.items()}
     phases = []
-    for phase, recipe in results.config["formulation"]["phases"].items():
-        classes = ", ".join(f"{c['diameter_um']:g} ({c['number_fraction']:g})" for c in recipe["size_classes"])
-        wanted, fractions = recipe["mass_fraction"], reached.loc[phase]
-        deviation = 100 * (fractions - wanted).abs().max()
-        phases.append([phase, recipe["density_g_cm3"], classes, wanted, fractions, deviation])
+    for formulation in dict.fromkeys(results.formulations[slurry] for slurry in reached):
+        of_it = [slurry for slurry in reached if results.formulations[slurry] == formulation]
+        for phase, recipe in results.inputs[of_it[0]]["physics"]["formulation"]["phases"].items():
+            classes = ", ".join(f"{c['diameter_um']:g} ({c['number_fraction']:g})" for c in recipe["size_classes"])
+            wanted, fractions = recipe["mass_fraction"], pd.Series([reached[slurry][phase] for slurry in of_it])
+            deviation = 100 * (fractions - wanted).abs().max()
+            row = [phase, recipe["density_g_cm3"], classes, wanted, fractions, deviation]
+            phases.append([formulation or "default", *row] if results.config["formulations"] else row)
     return {
         "simulated_us": dem["steps"] * dem["timestep_us"],
         "steps_per_frame": steps_per_frame,

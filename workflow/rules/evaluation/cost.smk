@@ -74,7 +74,7 @@ rule fit_costs:
                 slurry=TRAINING,
             ),
             *([rules.assemble_dataset.output.cost] if TRAINING else []),
-            rules.measure_packing.output.cost,
+            *PACKING_COSTS,
             *expand(
                 f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
                 surrogate=[text for text in EVALUATED if KINDS[text].is_trained],

@@ -33,7 +33,7 @@ rule dry_slurry:
         mem_mb=slurry_mb,
         runtime=drying_minutes,
     params:
-        settings=section(drying_settings()),
+        settings=lambda wildcards: section(drying_settings(wildcards.slurry)),
         work=lambda wildcards: f"{RESULTS}/tape/{wildcards.source}/{wildcards.slurry}/work",
     shell:
         "python {input.script:q} --structure {input.structure:q} --inputs {input.inputs:q} --settings {params.settings:q}"
@@ -134,7 +134,7 @@ rule calibrate_drying:
         mem_mb=lambda wildcards, attempt: slurry_mb(calibration_tape(), attempt),
         runtime=lambda wildcards, attempt: (2 if GREEN is None else 9) * drying_minutes(calibration_tape(), attempt),
     params:
-        settings=section(calibration_settings()),
+        settings=lambda wildcards: section(calibration_settings()),
         green=[] if GREEN is None else ["--green-density-g-cm3", GREEN],
         work=f"{RESULTS}/tape/calibration_work",
     shell:

@@ -14,17 +14,17 @@ def equilibrated(wildcards):
     return f"{RESULTS}/hybrid/{wildcards.source}/{wildcards.slurry}/relaxed.h5"
 
 
-def drying_settings():
+def drying_settings(slurry):
     """Settings of a drying: of its section those that it depends on, and what it shares with the relaxation."""
     shared = ("pressure_damping_steps", "start_thermal_share")
     others = ("sources", "composition_is", "solvent_fraction_of", "wet_thickness_um", "green_density_g_cm3")
-    settings = {key: value for key, value in config["drying"].items() if key not in others}
+    settings = {key: value for key, value in config_of(slurry)["drying"].items() if key not in others}
     return settings | {key: config["relaxation"][key] for key in shared}
 
 
 def calibration_settings():
     """Settings of the calibration: those of a drying but for the friction, so that a new one repeats nothing."""
-    settings = drying_settings()
+    settings = drying_settings(calibration_tape().slurry)
     force_field = {key: value for key, value in settings["force_field"].items() if key != "friction"}
     return settings | {"force_field": force_field}
 
@@ -63,7 +63,7 @@ def pictured_source(slurry):
 
 def microstructure_options(wildcards):
     """Options of measure_microstructure; diffusion is solved only for the first tapes, as it takes long."""
-    drying, settings = config["drying"], config["microstructure"]
+    drying, settings = config_of(wildcards.slurry)["drying"], config["microstructure"]
     options = ["--organic", drying["phase"], "--spacing-um", settings["spacing_um"]]
     if wildcards.stage == "slurry":
         return [*options, "--solvent-mass-fraction", drying["solvent_mass_fraction"]]
@@ -117,7 +117,7 @@ def microstructure_minutes(wildcards, attempt):
 
 def voxels(wildcards, spacing_um):
     """Number of voxels of a slurry."""
-    formulation = config["formulation"]
+    formulation = config_of(wildcards.slurry)["formulation"]
     mass_pg = RUNS[wildcards.slurry].mass_units * formulation["unit_mass_pg"]
     return mass_pg / formulation["expected_density_g_cm3"] / spacing_um**3
 

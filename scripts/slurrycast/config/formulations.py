@@ -1,0 +1,52 @@
+"""Recipes of one run: `formulation` is the default, `formulations` holds what differs from it in others, by name."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from slurrycast.config.composition import wet_composition
+from slurrycast.config.slurry_table import Slurry
+
+SECTIONS = ("force_field", "drying")  # what a recipe may change beside `formulation`
+SOLVENT = ("composition_is", "solvent_mass_fraction", "solvent_fraction_of")  # what `wet_composition` changes of drying
+
+
+def merged(base: Any, changes: Any) -> Any:
+    """`base` with the `changes`: mappings key by key, all else as a whole."""
+    if not isinstance(base, Mapping) or not isinstance(changes, Mapping):
+        return changes
+    return {**base, **{key: merged(base[key], value) if key in base else value for key, value in changes.items()}}
+
+
+def of_recipe(config: Mapping, name: str) -> dict:
+    """The configuration as it holds for the recipe `name`, "" for the default. KeyError if there is none."""
+    if not name:
+        return dict(config)
+    changes = config["formulations"][name]
+    sections = {key: merged(config[key], changes[key]) for key in SECTIONS if key in changes}
+    # phases as a whole, as a configuration replaces those of config.yaml
+    formulation = config["formulation"] | {key: value for key, value in changes.items() if key not in SECTIONS}
+    return {**config, **sections, "formulation": formulation}
+
+
+def of_slurry(config: Mapping, slurry: Slurry) -> dict:
+    """The configuration as it holds for a slurry: with `formulation`, `force_field` and `drying` of its recipe."""
+    return of_recipe(config, slurry.formulation)
+
+
+def wet_recipes(config: Mapping) -> dict:
+    """The same configuration with the wet composition of every recipe, as `wet_composition` makes it of one."""
+    recipes = dict(config["formulations"])
+    for name, changes in recipes.items():
+        as_given = of_recipe(config, name)
+        wet = wet_composition(as_given)
+        if wet != as_given:
+            solvent = {key: wet["drying"][key] for key in SOLVENT}
+            drying = {**changes.get("drying", {}), **solvent}
+            recipes[name] = {**changes, "phases": wet["formulation"]["phases"], "drying": drying}
+    return {**wet_composition(config), "formulations": recipes}
+
+
+def all_phases(config: Mapping) -> list[str]:
+    """Names of the phases of all recipes: those of the default in their order, then others as they appear."""
+    recipes = [of_recipe(config, name)["formulation"] for name in ("", *config["formulations"])]
+    return list(dict.fromkeys(phase for recipe in recipes for phase in recipe["phases"]))

@@ -1,0 +1,142 @@
+"""Several recipes in one configuration: what holds for which slurry, and lines for what is wrong in one of them."""
+
+from pathlib import Path
+
+import pytest
+
+from configurations import load, merged
+from slurrycast.config import configuration
+from slurrycast.config.formulations import all_phases, of_recipe, wet_recipes
+from slurrycast.config.physics import physics
+from slurrycast.config.slurry_table import Slurry, read_slurry_table
+
+HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\tformulation\n"
+ROWS = "T1\ttrain\t1\t1.0\t1\t\nT2\ttrain\t1\t1.0\t2\tcoarse\n1\ttest\t1\t1.0\t3\tcoarse\n2\ttest\t1\t1.0\t4\t\n"
+
+
+def phase(mass_fraction: float, density_g_cm3: float, diameter_um: float) -> dict:
+    classes = [{"diameter_um": diameter_um, "number_fraction": 1.0}]
+    return {"mass_fraction": mass_fraction, "density_g_cm3": density_g_cm3, "size_classes": classes}
+
+
+PHASES = {"GDC": phase(0.35, 7.2, 0.7), "NiO": phase(0.52, 6.67, 1.4), "BDPD": phase(0.13, 0.8135, 1.1)}
+COARSE = {"phases": PHASES, "expected_density_g_cm3": 2.4, "unit_mass_pg": 2000.0}
+
+
+@pytest.fixture
+def config(tmp_path) -> dict:
+    table = tmp_path / "s.tsv"
+    table.write_text(HEADER + ROWS)
+    return merged(load("config"), {"slurries": str(table), "formulations": {"coarse": COARSE}})
+
+
+def rows(config: dict, text: str) -> dict:
+    Path(config["slurries"]).write_text(HEADER + text)
+    return config
+
+
+def test_a_recipe_holds_what_differs(config):
+    config["formulations"]["coarse"]["force_field"] = {"granular_hertz": {"friction": 0.1}}
+    config["formulations"]["coarse"]["drying"] = {"solvent_mass_fraction": 0.5}
+    recipe = of_recipe(config, "coarse")
+    assert recipe["formulation"] == config["formulation"] | COARSE | {"phases": PHASES}
+    contact = config["force_field"]["granular_hertz"]
+    assert recipe["force_field"] == config["force_field"] | {"granular_hertz": contact | {"friction": 0.1}}
+    assert recipe["drying"] == config["drying"] | {"solvent_mass_fraction": 0.5}
+    assert of_recipe(config, "") == config and contact["friction"] == 0.015
+    assert all_phases(config) == ["BDPD", "NiO", "8YSZ", "GDC"]
+
+
+def test_the_dem_of_a_slurry_is_that_of_its_recipe(config):
+    assert configuration.check(config) == []
+    of_row = {slurry.id: physics(config, slurry) for slurry in configuration.checked_slurries(config)}
+    alone = merged(load("config"), {"formulation": COARSE})
+    alone["formulation"]["phases"] = PHASES
+    for id, expected in (("1", alone), ("2", load("config"))):
+        formulation = {key: value for key, value in expected["formulation"].items() if key != "expected_density_g_cm3"}
+        assert of_row[id]["formulation"] == formulation | {"order": list(formulation["phases"])}
+
+
+def test_a_recipe_more_changes_nothing_of_the_others(config):
+    """Neither what their DEM depends on, nor the numbers of their phases: results remain those of the configuration."""
+    slurry = Slurry("2", "test", 1, 1.0, 4)
+    assert physics(config, slurry) == physics(load("config") | {"formulations": {}}, slurry)
+
+
+def test_a_dry_composition_is_that_of_each_recipe(config):
+    """As two configurations of one recipe each say, and once: a second time changes nothing."""
+    changes = {"composition_is": "dry", "solvent_mass_fraction": 0.2, "solvent_fraction_of": "slurry"}
+    config["formulations"]["coarse"] |= {"drying": changes, "expected_density_g_cm3": 1.4}
+    wet = wet_recipes(config)
+    alone = of_recipe(config, "coarse") | {"formulations": {}}
+    expected = wet_recipes(alone)
+    recipe = of_recipe(wet, "coarse")
+    assert recipe["formulation"] == expected["formulation"] != of_recipe(config, "coarse")["formulation"]
+    assert recipe["drying"] == expected["drying"]
+    assert wet["formulation"] == config["formulation"] and wet["drying"] == config["drying"]
+    assert wet_recipes(wet) == wet
+    assert configuration.check(wet) == []  # it can be written to a file and used
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"phases": PHASES | {"NiO": phase(0.6, 6.67, 1.4)}},
+            "formulations.coarse: formulation.phases: mass fractions sum to 1.08: must be 1 within 1e-06",
+        ),
+        ({"density": 2.4}, "formulations.coarse.density: unknown key: must be one of unit_mass_pg, "),
+        ({"force_field": {"granular_hertz": {"friction": -1}}}, "formulations.coarse.force_field.granular_hertz.frict"),
+        (
+            {"force_field": {"lennard_jones": {"sigma_factor": 2.0}}},
+            "formulations.coarse: force_field.lennard_jones.si",
+        ),
+        ({"drying": {"solvent_mass_fraction": 0.05}}, "formulations.coarse: drying.solvent_mass_fraction = 0.05: the"),
+        (
+            {"expected_density_g_cm3": 7.0},
+            "formulations.coarse: formulation.expected_density_g_cm3 = 7.0: must be below",
+        ),
+        ({"unit_mass_pg": 20.0}, "formulations.coarse: formulation.unit_mass_pg: slurry "),
+    ],
+)
+def test_what_is_wrong_in_a_recipe_is_said_with_its_name(config, changes, line):
+    config["formulations"]["coarse"] |= changes
+    found = configuration.check(config)
+    assert any(each.startswith(line) for each in found), found
+    assert all(each.startswith("formulations.coarse") for each in found)
+
+
+def test_a_wrong_name_of_a_recipe(config):
+    (line,) = configuration.check(rows(config, ROWS + "3\ttest\t1\t1.0\t5\tcorase\n"))
+    assert line.endswith('slurry 3: formulation = "corase": must be one of coarse, or empty')
+    config["formulations"] = {}
+    found = configuration.check(config)
+    assert found[0].endswith('slurry T2: formulation = "coarse": must be empty, as formulations has no recipe')
+
+
+def test_phases_of_the_rdf_may_be_of_any_recipe(config):
+    config["analysis"]["rdf_pair"] = ["GDC", "NiO"]
+    assert configuration.check(config) == []
+    config["analysis"]["rdf_pair"] = ["GDC", "YSZ"]
+    (line,) = configuration.check(config)
+    assert line.endswith("must be two phases of BDPD, NiO, 8YSZ, GDC, which may be the same")
+
+
+def test_a_recipe_without_training_slurries_needs_direct(config):
+    rows(config, ROWS.replace("T2\ttrain\t1\t1.0\t2\tcoarse\n", ""))
+    assert configuration.check(config) == []
+    config["surrogate"]["names"].remove("direct")
+    config["drying"]["sources"] = ["dem"]
+    (line,) = configuration.check(config)
+    assert line == (
+        "surrogate.names: affine needs a packing fraction, and slurry 1 is of formulation coarse, which has no "
+        "training slurry: must hold direct too, which finds one"
+    )
+    config["surrogate"]["packing_fraction"] = 0.66
+    assert configuration.check(config) == []
+
+
+def test_the_column_may_be_left_out(tmp_path):
+    path = tmp_path / "s.tsv"
+    path.write_text(HEADER.replace("\tformulation", "") + "T1\ttrain\t1\t1.0\t1\n")
+    assert [slurry.formulation for slurry in read_slurry_table(path)[0]] == [""]
