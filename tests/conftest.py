@@ -123,7 +123,7 @@ def variables(slurry) -> dict[str, object]:
     inputs = json.loads((slurry / "inputs.json").read_text())
     dem = inputs["physics"]["dem"]
     return {
-        **force_field_variables(inputs["physics"]["force_field"], dem),
+        **force_field_variables(inputs["physics"]),
         "data": "initial.data",
         "coefficients": "coefficients.lmp",
         "push_off": "push_off.lmp",

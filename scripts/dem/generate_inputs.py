@@ -31,7 +31,6 @@ def add_options(parser: Parser) -> None:
 def main(args: Namespace) -> None:
     """Write the inputs."""
     formulation, row = args.physics["formulation"], args.physics["slurry"]
-    lennard_jones = args.physics["force_field"]["lennard_jones"]
     with measured_cost(args.cost, "generate_inputs", slurry=args.slurry) as cost:
         types = recipe.particle_types(formulation["phases"])
         counts = recipe.particle_counts(types, row["mass_units"] * formulation["unit_mass_pg"])
@@ -39,7 +38,7 @@ def main(args: Namespace) -> None:
         seeds = {
             purpose: recipe.derived_seed(row["seed"], purpose) for purpose in ("positions", "velocities", "relaxation")
         }
-        write_text(args.coefficients, coefficients(types, lennard_jones))
+        write_text(args.coefficients, coefficients(types, args.physics["force_field"]))
         write_text(args.push_off, push_off_coefficients(types))
         reached = recipe.mass_fractions(types, counts)
         report = {

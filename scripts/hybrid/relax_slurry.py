@@ -51,7 +51,7 @@ def main(args: Namespace) -> None:
     inputs = json.loads(args.inputs.read_text(encoding="utf-8"))
     steps, dem = args.settings["steps"], inputs["physics"]["dem"]
     variables = {
-        **force_field_variables(inputs["physics"]["force_field"], dem),
+        **force_field_variables(inputs["physics"]),
         "steps": steps,
         "push_off_iterations": args.settings["push_off_iterations"],
         "pressure_damping_us": args.settings["pressure_damping_steps"] * dem["timestep_us"],

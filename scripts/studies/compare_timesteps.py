@@ -40,8 +40,7 @@ def run_row(run: dict, thermo: pd.DataFrame, structure: pd.DataFrame) -> dict:
     """Row of one run, but for the RDF."""
     physics = run["physics"]
     timestep_us = physics["dem"]["timestep_us"]
-    stiffness_kpa = physics["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
-    rayleigh_us = rayleigh_time_us(particle_types(physics["formulation"]["phases"]), stiffness_kpa)
+    rayleigh_us = rayleigh_time_us(particle_types(physics["formulation"]["phases"]), physics["force_field"])
     values = structure.set_index("quantity").value
     end = equilibrium(thermo.time_us.to_numpy(), thermo.density_g_cm3.to_numpy())
     return {

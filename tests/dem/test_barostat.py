@@ -90,7 +90,7 @@ def test_damping_that_does_not_suit_the_size_of_particles_is_refused(name, scale
 def test_scripts_that_continue_the_dem_take_over_its_thermostat(slurry, tmp_path, script):
     inputs = json.loads((slurry / "inputs.json").read_text())
     variables = {
-        **force_field_variables(inputs["physics"]["force_field"], inputs["physics"]["dem"]),
+        **force_field_variables(inputs["physics"]),
         "restart": slurry / "frame_10.restart",
         "coefficients": slurry / "coefficients.lmp",
         "thermo_every_steps": 10,

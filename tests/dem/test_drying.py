@@ -5,6 +5,7 @@ import pytest
 
 from formulations import phase
 from slurrycast.dem.drying import dry_force_field, dry_volume_share, drying_types, stage_commands
+from slurrycast.dem.forcefield import CONTACT
 from slurrycast.dem.recipe import particle_types
 
 PHASES = {"binder": phase(0.2, 0.8, {1.0: 0.5, 2.0: 0.5}), "oxide": phase(0.8, 6.0, {0.5: 1.0})}
@@ -39,7 +40,8 @@ def test_wet_and_dry_ends():
 def test_commands_of_a_stage():
     attraction = {"epsilon_fj_per_um": 2.0, "sigma_factor": 0.9, "cutoff_factor": 1.5}
     dry = drying_types(WET, SETTINGS, 0.0)
-    lines = stage_commands(dry, "binder", attraction).splitlines()
+    force_field = {"lennard_jones": attraction, "granular_hertz": dict.fromkeys(CONTACT, 0.1)}
+    lines = stage_commands(dry, "binder", force_field).splitlines()
     assert lines[1:3] == [f"set type {t.type} diameter {t.diameter_um!r} density {t.density_g_cm3!r}" for t in dry[:2]]
     (of_ends,) = (line.split() for line in lines if line.startswith("pair_coeff 1 3 lj/cut"))
     a, b = dry[0].diameter_um, 0.5

@@ -9,13 +9,21 @@ from configurations import ROOT, load
 from slurrycast.dem import forcefield, recipe
 
 CONFIG = load("config")
-LENNARD_JONES = CONFIG["force_field"]["lennard_jones"]
-STIFFNESS_KPA = CONFIG["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
+FORCE_FIELD = CONFIG["force_field"]
+LENNARD_JONES = FORCE_FIELD["lennard_jones"]
 TYPES = recipe.particle_types(CONFIG["formulation"]["phases"])
 
 
 def sphere(diameter_um: float, density_g_cm3: float) -> recipe.ParticleType:
     return recipe.ParticleType(1, "A", 1, 1, diameter_um, density_g_cm3, 1.0, 1.0)
+
+
+def stiff(stiffness_kpa: float, **pairs: dict) -> dict:
+    """The shipped forces with another stiffness, and with forces of their own for pairs."""
+    return FORCE_FIELD | {
+        "granular_hertz": FORCE_FIELD["granular_hertz"] | {"normal_stiffness_kpa": stiffness_kpa},
+        "pairs": pairs,
+    }
 
 
 def coefficient_rows(text: str, style: str) -> dict[tuple[int, int], list[float]]:
@@ -25,7 +33,7 @@ def coefficient_rows(text: str, style: str) -> dict[tuple[int, int], list[float]
 
 def test_coefficients_match_the_golden_files():
     golden = ROOT / "tests" / "dem" / "golden"
-    assert forcefield.coefficients(TYPES, LENNARD_JONES) == (golden / "coefficients.lmp").read_text()
+    assert forcefield.coefficients(TYPES, FORCE_FIELD) == (golden / "coefficients.lmp").read_text()
     assert forcefield.push_off_coefficients(TYPES) == (golden / "push_off.lmp").read_text()
 
 
@@ -33,7 +41,7 @@ def test_coefficients_match_the_golden_files():
 def test_every_pair_is_written_once(number):
     pairs = list(combinations_with_replacement(range(1, number + 1), 2))
     for text in (
-        forcefield.coefficients(TYPES[:number], LENNARD_JONES),
+        forcefield.coefficients(TYPES[:number], FORCE_FIELD),
         forcefield.push_off_coefficients(TYPES[:number]),
     ):
         lines = [line.split() for line in text.splitlines() if line.startswith("pair_coeff") and "*" not in line]
@@ -41,7 +49,7 @@ def test_every_pair_is_written_once(number):
 
 
 def test_mixing():
-    rows = coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut")
+    rows = coefficient_rows(forcefield.coefficients(TYPES, FORCE_FIELD), "lj/cut")
     # BDPD 1.1 um with NiO 0.8 um: d = 0.95 um
     assert rows[1, 3] == pytest.approx([np.sqrt(1.1 * 0.8), 0.89 * 0.95, 1.5 * 0.95])
     assert rows[5, 5] == pytest.approx([0.5, 0.89 * 0.5, 1.5 * 0.5])
@@ -50,7 +58,7 @@ def test_mixing():
 
 
 def test_lennard_jones_minimum_lies_at_contact():
-    for (i, j), (_, sigma_um, _) in coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut").items():
+    for (i, j), (_, sigma_um, _) in coefficient_rows(forcefield.coefficients(TYPES, FORCE_FIELD), "lj/cut").items():
         contact_um = (TYPES[i - 1].diameter_um + TYPES[j - 1].diameter_um) / 2
         assert 2 ** (1 / 6) * sigma_um == pytest.approx(contact_um, rel=0.002)
 
@@ -58,22 +66,22 @@ def test_lennard_jones_minimum_lies_at_contact():
 def test_largest_cutoff_is_that_of_the_largest_particle_and_covers_contact():
     assert forcefield.largest_cutoff_um(TYPES, LENNARD_JONES) == pytest.approx(1.5 * 1.1)
     assert forcefield.largest_cutoff_um(TYPES, {"cutoff_factor": 0.5}) == 1.1
-    cutoffs = [row[2] for row in coefficient_rows(forcefield.coefficients(TYPES, LENNARD_JONES), "lj/cut").values()]
+    cutoffs = [row[2] for row in coefficient_rows(forcefield.coefficients(TYPES, FORCE_FIELD), "lj/cut").values()]
     assert forcefield.largest_cutoff_um(TYPES, LENNARD_JONES) == pytest.approx(max(cutoffs))
 
 
 def test_rayleigh_time_of_the_binder_is_the_shortest():
-    assert forcefield.rayleigh_time_us(TYPES, STIFFNESS_KPA) == pytest.approx(5.2e-3, rel=0.005)
-    assert forcefield.rayleigh_time_us(TYPES, STIFFNESS_KPA) == forcefield.rayleigh_time_us(TYPES[:1], STIFFNESS_KPA)
+    assert forcefield.rayleigh_time_us(TYPES, FORCE_FIELD) == pytest.approx(5.2e-3, rel=0.005)
+    assert forcefield.rayleigh_time_us(TYPES, FORCE_FIELD) == forcefield.rayleigh_time_us(TYPES[:1], FORCE_FIELD)
 
 
 def test_rayleigh_time_in_closed_form():
     # G = 0.525 k_n; with k_n = 1 / 0.525 kPa, R = 1 um and 1 g/cm3 it is pi / (0.1631 x 0.3 + 0.8766) us
-    assert forcefield.rayleigh_time_us([sphere(2.0, 1.0)], 1 / 0.525) == pytest.approx(np.pi / 0.92553)
-    base = forcefield.rayleigh_time_us([sphere(1.0, 2.0)], 1e5)
-    assert forcefield.rayleigh_time_us([sphere(3.0, 2.0)], 1e5) == pytest.approx(3 * base)
-    assert forcefield.rayleigh_time_us([sphere(1.0, 8.0)], 1e5) == pytest.approx(2 * base)
-    assert forcefield.rayleigh_time_us([sphere(1.0, 2.0)], 4e5) == pytest.approx(base / 2)
+    assert forcefield.rayleigh_time_us([sphere(2.0, 1.0)], stiff(1 / 0.525)) == pytest.approx(np.pi / 0.92553)
+    base = forcefield.rayleigh_time_us([sphere(1.0, 2.0)], stiff(1e5))
+    assert forcefield.rayleigh_time_us([sphere(3.0, 2.0)], stiff(1e5)) == pytest.approx(3 * base)
+    assert forcefield.rayleigh_time_us([sphere(1.0, 8.0)], stiff(1e5)) == pytest.approx(2 * base)
+    assert forcefield.rayleigh_time_us([sphere(1.0, 2.0)], stiff(4e5)) == pytest.approx(base / 2)
 
 
 def integrated_contact_us(mass_pg: float, radius_um: float, stiffness_kpa: float, speed_um_us: float) -> float:
@@ -93,11 +101,11 @@ def integrated_contact_us(mass_pg: float, radius_um: float, stiffness_kpa: float
 def test_hertz_time_is_that_of_an_integrated_contact():
     particle = sphere(1.0, 2.0)
     expected = integrated_contact_us(particle.mass_pg / 2, 0.25, 2e5, 0.1)
-    assert forcefield.hertz_time_us([particle], 2e5, 0.1) == pytest.approx(expected, rel=0.002)
+    assert forcefield.hertz_time_us([particle], stiff(2e5), 0.1) == pytest.approx(expected, rel=0.002)
 
 
 def test_hertz_time_is_that_of_the_shortest_pair():
-    pairs = [forcefield.hertz_time_us([t], STIFFNESS_KPA, 0.1) for t in TYPES]
-    assert forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 0.1) <= min(pairs)
-    base = forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 0.1)
-    assert forcefield.hertz_time_us(TYPES, STIFFNESS_KPA, 3.2) == pytest.approx(base / 2)
+    pairs = [forcefield.hertz_time_us([t], FORCE_FIELD, 0.1) for t in TYPES]
+    assert forcefield.hertz_time_us(TYPES, FORCE_FIELD, 0.1) <= min(pairs)
+    base = forcefield.hertz_time_us(TYPES, FORCE_FIELD, 0.1)
+    assert forcefield.hertz_time_us(TYPES, FORCE_FIELD, 3.2) == pytest.approx(base / 2)

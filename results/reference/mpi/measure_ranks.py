@@ -51,7 +51,7 @@ def generate(folder: Path, mass_units: float) -> tuple[int, dict]:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
     variables = {
-        **force_field_variables(inputs["physics"]["force_field"], inputs["physics"]["dem"]),
+        **force_field_variables(inputs["physics"]),
         **files,
         "push_off_iterations": config["dem"]["push_off_iterations"],
         "velocity_seed": inputs["seeds"]["velocities"],

@@ -54,8 +54,9 @@ RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] =
         "force_field.lennard_jones.cutoff_factor dem.skin_um"
     ),
     dem_checks.attraction: "force_field.lennard_jones.sigma_factor force_field.lennard_jones.cutoff_factor",
+    dem_checks.pairs: "formulation.phases force_field.pairs",
     dem_checks.timestep: (
-        "formulation.phases force_field.granular_hertz.normal_stiffness_kpa dem.timestep_us dem.impact_speed_um_us "
+        "formulation.phases force_field dem.timestep_us dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
     dem_checks.barostat: (

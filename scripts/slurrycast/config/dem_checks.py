@@ -152,8 +152,19 @@ def attraction(config: Mapping, _) -> Iterator[str]:
         yield f"force_field.lennard_jones.sigma_factor = {shown(sigma)}: must be below cutoff_factor = {shown(cutoff)}"
 
 
+def pairs(config: Mapping, _) -> Iterator[str]:
+    """Each pair with forces of its own is one of phases that exist, and is named once."""
+    named, phases = config["force_field"]["pairs"], config["formulation"]["phases"]
+    for pair in named:
+        phase, other = pair.split("-")
+        if not {phase, other} <= set(phases):
+            yield f"force_field.pairs.{pair}: must be two phases of {', '.join(phases)} with a hyphen between them"
+        elif phase < other and f"{other}-{phase}" in named:
+            yield f"force_field.pairs.{pair}: must be given once, and is as {other}-{phase} too"
+
+
 def long_timestep(
-    key: str, timestep_us: float, dem: Mapping, types: Sequence[recipe.ParticleType], stiffness_kpa: float
+    key: str, timestep_us: float, dem: Mapping, types: Sequence[recipe.ParticleType], force_field: Mapping
 ) -> Iterator[str]:
     """Yield a line for each of Rayleigh and Hertz time of which a time step is too large a part.
 
@@ -163,12 +174,12 @@ def long_timestep(
         The time step.
     dem
         Section dem, which holds the bounds.
-    types, stiffness_kpa
-        All particle types, and the normal stiffness of their contacts.
+    types, force_field
+        All particle types, and the forces between them.
     """
     times_us = {
-        "rayleigh": forcefield.rayleigh_time_us(types, stiffness_kpa),
-        "hertz": forcefield.hertz_time_us(types, stiffness_kpa, dem["impact_speed_um_us"]),
+        "rayleigh": forcefield.rayleigh_time_us(types, force_field),
+        "hertz": forcefield.hertz_time_us(types, force_field, dem["impact_speed_um_us"]),
     }
     for name, time_us in times_us.items():
         share, most = timestep_us / time_us, dem[f"max_{name}_share"]
@@ -182,8 +193,9 @@ def long_timestep(
 def timestep(config: Mapping, _) -> Iterator[str]:
     """The time step resolves the Rayleigh wave and the Hertzian contact."""
     types = recipe.particle_types(config["formulation"]["phases"])
-    stiffness_kpa = config["force_field"]["granular_hertz"]["normal_stiffness_kpa"]
-    yield from long_timestep("dem.timestep_us", config["dem"]["timestep_us"], config["dem"], types, stiffness_kpa)
+    yield from long_timestep(
+        "dem.timestep_us", config["dem"]["timestep_us"], config["dem"], types, config["force_field"]
+    )
 
 
 def barostat(config: Mapping, _) -> Iterator[str]:

@@ -80,12 +80,11 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         )
     wet = recipe.particle_types(phases)
     dry = drying_types(wet, settings, 0.0)
-    contact = dry_force_field(config["force_field"], settings["force_field"])["granular_hertz"]
-    types, stiffness_kpa = [*wet, *dry], contact["normal_stiffness_kpa"]
+    force_field = dry_force_field(config["force_field"], settings["force_field"])
     if not any(timestep(config, slurries)):
         timestep_us = settings["timestep_factor"] * config["dem"]["timestep_us"]
         key = "drying.timestep_factor x dem.timestep_us"
-        yield from long_timestep(key, timestep_us, config["dem"], types, stiffness_kpa)
+        yield from long_timestep(key, timestep_us, config["dem"], [*wet, *dry], force_field)
     if not any(box_edges(config, slurries)):
         yield from _thickness(config, slurries, wet, dry)
         if not any(whole_particles(config, slurries)):

@@ -27,7 +27,8 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     formulation = {key: value for key, value in config["formulation"].items() if key != "expected_density_g_cm3"}
     return {
         "formulation": formulation | {"order": list(formulation["phases"])},
-        "force_field": config["force_field"],
+        # as in runs of before there were pairs with forces of their own
+        "force_field": {key: value for key, value in config["force_field"].items() if key != "pairs" or value},
         "dem": {key: value for key, value in dem_settings(config, slurry).items() if key not in DEM_NOT_PHYSICS},
         "slurry": {key: getattr(slurry, key) for key in ("mass_units", "thickness_ratio", "seed")},
     }

@@ -162,7 +162,7 @@ class Chain:
         dem = self.inputs["physics"]["dem"]
         frame_steps = steps_per_frame(dem)
         variables = {
-            **force_field_variables(self.inputs["physics"]["force_field"], dem),
+            **force_field_variables(self.inputs["physics"]),
             "coefficients": COEFFICIENTS,
             "thermo_every_steps": dem["thermo_every_steps"],
             "frame_every_steps": frame_steps,

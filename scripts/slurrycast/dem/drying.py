@@ -62,18 +62,25 @@ def dry_force_field(force_field: Mapping, settings: Mapping) -> dict:
     force_field
         That of the slurry.
     settings
-        Section drying.force_field: friction, and factors on attraction and stiffness.
+        Section drying.force_field: friction, the same for all pairs, and factors on attraction and stiffness of each.
     """
-    attraction, contact = force_field["lennard_jones"], force_field["granular_hertz"]
-    epsilon = settings["attraction_factor"] * attraction["epsilon_fj_per_um"]
-    stiffness_kpa = settings["stiffness_factor"] * contact["normal_stiffness_kpa"]
-    return {
-        "lennard_jones": {**attraction, "epsilon_fj_per_um": epsilon},
-        "granular_hertz": {**contact, "normal_stiffness_kpa": stiffness_kpa, "friction": settings["friction"]},
+    factors = {
+        "epsilon_fj_per_um": settings["attraction_factor"],
+        "normal_stiffness_kpa": settings["stiffness_factor"],
     }
 
+    def dried(parameters: Mapping) -> dict:
+        dry = {name: factors.get(name, 1) * value for name, value in parameters.items()}
+        return dry | {"friction": settings["friction"]} if "friction" in dry else dry
 
-def stage_commands(types: Sequence[ParticleType], phase: str, lennard_jones: Mapping) -> str:
+    pairs = {pair: dried(parameters) for pair, parameters in force_field.get("pairs", {}).items()}
+    return {
+        "lennard_jones": dried(force_field["lennard_jones"]),
+        "granular_hertz": dried(force_field["granular_hertz"]),
+    } | ({"pairs": pairs} if pairs else {})
+
+
+def stage_commands(types: Sequence[ParticleType], phase: str, force_field: Mapping) -> str:
     """LAMMPS commands that set the particles of a stage: their size and density, and the forces that follow.
 
     Parameters
@@ -82,11 +89,11 @@ def stage_commands(types: Sequence[ParticleType], phase: str, lennard_jones: Map
         All particle types as they are in this stage.
     phase
         The phase that shrinks.
-    lennard_jones
-        Section lennard_jones of the dry force field.
+    force_field
+        Section force_field as it holds while the slurry dries.
     """
     # the diameter first, since a density sets the mass of a particle as large as it is then
     lines = [
         f"set type {t.type} diameter {t.diameter_um!r} density {t.density_g_cm3!r}" for t in types if t.phase == phase
     ]
-    return "\n".join(["# um, g/cm3", *lines, coefficients(types, lennard_jones)])
+    return "\n".join(["# um, g/cm3", *lines, coefficients(types, force_field)])

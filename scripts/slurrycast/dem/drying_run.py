@@ -71,13 +71,13 @@ def dry(
     check_slurry(store, inputs)
     wet = particle_types(inputs["physics"]["formulation"]["phases"])
     force_field = dry_force_field(inputs["physics"]["force_field"], settings["force_field"])
-    lennard_jones = force_field["lennard_jones"]
     timestep_us = settings["timestep_factor"] * inputs["physics"]["dem"]["timestep_us"]
     damping = {"timestep_us": timestep_us, "pressure_damping_us": settings["pressure_damping_steps"] * timestep_us}
+    physics = inputs["physics"] | {"force_field": force_field, "dem": inputs["physics"]["dem"] | damping}
     seed = derived_seed(inputs["physics"]["slurry"]["seed"], "drying")
     stages, last = settings["stages"], settings["stages"] * settings["steps_per_stage"] + settings["rest_steps"]
     variables = {
-        **force_field_variables(force_field, inputs["physics"]["dem"] | damping),
+        **force_field_variables(physics),
         "stages": stages,
         "steps_per_stage": settings["steps_per_stage"],
         "rest_steps": settings["rest_steps"],
@@ -89,10 +89,10 @@ def dry(
     types = [drying_types(wet, settings, share) for share in solvent_left]
     slurry = store.attributes["slurry"]
     write_wrapped(work / "slurry.data", f"slurry {slurry} to be dried", wet, store)
-    write_text(work / "coefficients.lmp", coefficients(wet, lennard_jones))
+    write_text(work / "coefficients.lmp", coefficients(wet, force_field))
     for stage in range(1, stages + 1):
         path = work / f"stage_{stage:0{len(str(stages))}}.lmp"
-        write_text(path, stage_commands(types[stage], settings["phase"], lennard_jones))
+        write_text(path, stage_commands(types[stage], settings["phase"], force_field))
     log = run_lammps(launcher, "dry.lmp", variables, work, "dry.log", Progress(f"{slurry} drying", 0, last, say))
     (dump,) = read_dump(work / "dried.dump")
     frame = as_frame(dump, store.last, timestep_us)

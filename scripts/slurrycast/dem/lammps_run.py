@@ -12,7 +12,9 @@ from pathlib import Path
 
 import psutil
 
+from slurrycast.dem.forcefield import contact_styles
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
+from slurrycast.dem.recipe import particle_types
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.lammps_help import ask
 from slurrycast.runtime.programs import Launcher, ended_by, ending, last_words, shared_memory_cause
@@ -21,16 +23,12 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "lammps"
 DISK_FULL_BYTES = 1 << 20
 
 
-def force_field_variables(force_field: Mapping, dem: Mapping) -> dict[str, object]:
-    """The -var settings that every script with real forces needs, from the sections force_field and dem."""
-    hertz = force_field["granular_hertz"]
+def force_field_variables(physics: Mapping) -> dict[str, object]:
+    """The -var settings that every script with real forces needs, from the physics of a slurry."""
+    dem = physics["dem"]
     return {
         "skin_um": dem["skin_um"],
-        "normal_stiffness_kpa": hertz["normal_stiffness_kpa"],
-        "tangential_stiffness_kpa": hertz["tangential_stiffness_ratio"] * hertz["normal_stiffness_kpa"],
-        "normal_damping": hertz["normal_damping_per_um_us"],
-        "tangential_damping": hertz["tangential_damping_ratio"] * hertz["normal_damping_per_um_us"],
-        "friction": hertz["friction"],
+        "contact_styles": contact_styles(particle_types(physics["formulation"]["phases"]), physics["force_field"]),
         "timestep_us": dem["timestep_us"],
         "temperature_k": dem["temperature_k"],
         "temperature_damping_us": dem["temperature_damping_us"],

@@ -54,7 +54,7 @@ class Continuation:
         shutil.copyfile(self.restart, self.work / "start.restart")
         shutil.copyfile(self.coefficients, self.work / "coefficients.lmp")
         files = {"restart": "start.restart", "coefficients": "coefficients.lmp"}
-        settings = {**force_field_variables(physics["force_field"], physics["dem"]), **files, **variables}
+        settings = {**force_field_variables(physics), **files, **variables}
         name = f"{Path(script).stem}.log"
         log = run_lammps(self.launcher, script, settings, self.work, name, progress)
         refuse_lost_history(self.work / name, self.restart)
