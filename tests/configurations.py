@@ -43,7 +43,7 @@ def scaled(config: dict, factor: float) -> dict:
     for phase in formulation["phases"].values():
         for size_class in phase["size_classes"]:
             size_class["diameter_um"] *= factor
-    for key in ("timestep_us", "skin_um", "temperature_damping_us"):
+    for key in ("timestep_us", "temperature_damping_us"):
         dem[key] *= factor
     config["microstructure"]["spacing_um"] = min(max(0.1 * factor, 0.02), 5.0)  # its bounds
     return config

@@ -25,6 +25,8 @@ LABELS = "a list of labels of surrogates, each once"
 PHASE = "a phase named with at most 50 letters and digits, at least one"
 PICTURES = "a list of labels in surrogate.names, each once; [] for no pictures"
 DEM = ", ".join(CONFIG["dem"])
+PAIRS = "two phases with a hyphen between them, such as NiO-NiO; {} for none"
+A_PAIR = "a section with at least one of epsilon_fj_per_um, normal_stiffness_kpa, ..., friction"
 A_LIST, PICOSECONDS = "a list of at least", "whole picoseconds (1.0e-6), increasing"
 RANKS, MINUTES = "a whole number at least 1 and at most 4096", "null or a whole number of minutes from 1 to 1000000"
 DIAMETER, DAMPING = "a number at least 0.01 and at most 100", "a number at least 0.01 and at most 100000000"
@@ -56,6 +58,8 @@ OUT_OF_RANGE = {
     f"{HERTZ}.normal_stiffness_kpa": ("a number at least 1000 and at most 1000000000", [200.0]),
     f"{HERTZ}.normal_damping_per_um_us": ("a number at least 0 and at most 10000", [30000.0]),
     f"{HERTZ}.friction": (FRICTION, [NAN, -0.1]),
+    "force_field.pairs": (PAIRS, [None, ["NiO-NiO"]]),
+    "force_field.pairs.NiO-NiO": (A_PAIR, [{}, 0.1]),
     "dem": (f"a section with {DEM}", [None]),
     "dem.executable": (COMMAND, [" "]),
     "dem.launcher": (COMMAND, [None]),
@@ -70,7 +74,7 @@ OUT_OF_RANGE = {
     "dem.pressure_kpa": (TEMPERATURE, [INF, 101325.0, 0.101325]),
     "dem.pressure_damping_us": (DAMPING, [0.005, 2.0e9]),
     "dem.barostat": ("one of npt, berendsen", ["Berendsen", None]),
-    "dem.skin_um": ("a number at least 0.001 and at most 10", [150.0, 0.00015]),
+    "dem.skin_um": ("null or a number at least 0.001 and at most 10", [150.0, 0.00015]),
     "dem.push_off_iterations": (MILLION, [0]),
     "dem.impact_speed_um_us": ("a number at least 0.001 and at most 10", [100.0, 0.0001]),
     "learning.input_frames": (f"{A_LIST} one frame number, increasing, each before target_frame", [[]]),
@@ -137,6 +141,8 @@ UNKNOWN = [
     ("surrogate.vgg16.epoch", 30, "one of epochs, batch_size, learning_rate, threads (do you mean epochs?)"),
     ("plot", {}, f"one of {', '.join(CONFIG)} (do you mean report?)"),
     ("formulation.phases.Ni-O", {}, PHASE),
+    ("force_field.pairs.NiO", {"friction": 0.1}, PAIRS),
+    ("force_field.pairs.NiO-NiO-NiO", {"friction": 0.1}, PAIRS),
     (f"{NIO}.size_classes[0].shape", 2, "one of diameter_um, number_fraction"),
 ]
 MISSING = {
@@ -217,6 +223,21 @@ CONFLICTS = [
         f"{HERTZ}.normal_stiffness_kpa",
         5e5,
         too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
+    ),
+    (
+        "force_field.pairs",
+        {"NiO-BDPD": {"normal_stiffness_kpa": 5e5}, "BDPD-BDPD": {"normal_stiffness_kpa": 1e5}},
+        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
+    ),
+    (
+        "force_field.pairs",
+        {"NiO-YSZ": {"friction": 0.1}},
+        "force_field.pairs.NiO-YSZ: must be two phases of BDPD, NiO, 8YSZ with a hyphen between them",
+    ),
+    (
+        "force_field.pairs",
+        {"NiO-8YSZ": {"friction": 0.1}, "8YSZ-NiO": {"friction": 0.1}},
+        "force_field.pairs.8YSZ-NiO: must be given once, and is as NiO-8YSZ too",
     ),
     ("convergence.timesteps_us", [0.001, 0.0005], f" = [0.001, 0.0005]: {WHOLE_PICOSECONDS}"),
     ("convergence.timesteps_us", [0.001, 0.0010005], f" = [0.001, 0.0010005]: {WHOLE_PICOSECONDS}"),

@@ -57,6 +57,19 @@ def test_changed_physics_is_refused_in_one_line(run, path, value, difference):
     assert check(merged(changed, {"run": {"name": "other"}})) == []
 
 
+def test_forces_of_a_pair(run):
+    """Of a run of before there were any; and in which order phases and pairs stand says nothing."""
+    slurry = read_slurries(TABLE)[0]
+    assert physics(run, slurry)["force_field"].keys() == {"lennard_jones", "granular_hertz"}
+    assert physics(run, slurry)["dem"]["skin_um"] == 0.15
+    pairs = {"NiO-BDPD": {"friction": 0.1}, "8YSZ-8YSZ": {"friction": 0.2}}
+    changed = merged(run, {"force_field": {"pairs": pairs}})
+    (line,) = check(changed)
+    assert "without force_field.pairs.8YSZ-8YSZ.friction, the configuration has 0.2 (and 1 more)" in line
+    other = merged(run, {"force_field": {"pairs": {"8YSZ-8YSZ": {"friction": 0.2}, "BDPD-NiO": {"friction": 0.1}}}})
+    assert json.dumps(physics(changed, slurry)) == json.dumps(physics(other, slurry))
+
+
 def test_several_changes_are_counted_in_the_one_line(run):
     changes = {"dem": {"steps": 96000, "skin_um": 0.1}, "force_field": {"granular_hertz": {"friction": 0.1}}}
     (line,) = check(merged(run, changes))

@@ -60,3 +60,7 @@ def test_dry_force_field_is_that_of_the_slurry_but_for_its_settings():
         "lennard_jones": {"epsilon_fj_per_um": 6.0, "sigma_factor": 0.9},
         "granular_hertz": {"normal_stiffness_kpa": 5e4, "tangential_stiffness_ratio": 0.3, "friction": 0.5},
     }
+    slurry["pairs"] = {"A-B": {"epsilon_fj_per_um": 1.0, "normal_stiffness_kpa": 3e5, "friction": 0.1}}
+    assert dry_force_field(slurry, {"friction": 0.5, "attraction_factor": 3.0, "stiffness_factor": 0.5})["pairs"] == {
+        "A-B": {"epsilon_fj_per_um": 3.0, "normal_stiffness_kpa": 1.5e5, "friction": 0.5}
+    }

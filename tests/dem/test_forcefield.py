@@ -1,5 +1,6 @@
 """Pair coefficients against golden files and mixing rules, time step limits against closed forms."""
 
+import dataclasses
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -82,6 +83,16 @@ def test_rayleigh_time_in_closed_form():
     assert forcefield.rayleigh_time_us([sphere(3.0, 2.0)], stiff(1e5)) == pytest.approx(3 * base)
     assert forcefield.rayleigh_time_us([sphere(1.0, 8.0)], stiff(1e5)) == pytest.approx(2 * base)
     assert forcefield.rayleigh_time_us([sphere(1.0, 2.0)], stiff(4e5)) == pytest.approx(base / 2)
+
+
+def test_times_are_those_of_the_stiffest_pair():
+    """Of the pair's own particles: a pair that is stiffer shortens no times of others."""
+    two = [sphere(1.0, 2.0), dataclasses.replace(sphere(2.0, 2.0), phase="B")]
+    soft, stiff_pair = stiff(1e5), stiff(1e5, **{"B-A": {"normal_stiffness_kpa": 4e5}})
+    large = stiff(1e5, **{"B-B": {"normal_stiffness_kpa": 2e5}})
+    for times in (forcefield.rayleigh_time_us, lambda *args: forcefield.hertz_time_us(*args, 0.1)):
+        assert times(two, stiff_pair) < times(two, large) == times(two, soft)
+    assert forcefield.rayleigh_time_us(two, stiff_pair) == pytest.approx(forcefield.rayleigh_time_us(two, soft) / 2)
 
 
 def integrated_contact_us(mass_pg: float, radius_um: float, stiffness_kpa: float, speed_um_us: float) -> float:

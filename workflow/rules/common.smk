@@ -27,6 +27,7 @@ from slurrycast.config import configuration, dem_checks, derived_runs, formulati
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
+from slurrycast.dem import neighbour_lists
 from slurrycast.dem.lammps_run import steps_per_frame
 from slurrycast.dem.recipe import particle_counts, particle_types
 
@@ -220,8 +221,12 @@ def work_of_dem(wildcards):
 
 def lammps_minutes(wildcards, steps, attempt):
     """Walltime of `steps` of the DEM in minutes."""
-    particle_steps_per_s = 1.0e6 * config["dem"]["ranks"]  # of slow cores
-    return 10 + attempt * round(particles(wildcards.slurry) * steps / particle_steps_per_s / 60)
+    types, lennard_jones = particle_types(config["formulation"]["phases"]), config["force_field"]["lennard_jones"]
+    counts = particle_counts(types, RUNS[wildcards.slurry].mass_units * config["formulation"]["unit_mass_pg"])
+    skin_um = neighbour_lists.skin_um(config["dem"], types)
+    cost = neighbour_lists.relative_cost(types, counts, lennard_jones, skin_um)
+    particle_steps_per_s = 1.0e6 * config["dem"]["ranks"] / cost  # of slow cores
+    return 10 + attempt * round(int(counts.sum()) * steps / particle_steps_per_s / 60)
 
 
 def structure_minutes(wildcards, attempt):

@@ -13,7 +13,7 @@ from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.formulations import all_phases, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
-from slurrycast.dem import forcefield, recipe
+from slurrycast.dem import forcefield, neighbour_lists, recipe
 
 # Steps in which the box collapses while no particle resists: with fewer the DEM ends in NaN or lost particles, or, with
 # Berendsen's barostat, the box swings. NPT gives way as soon as particles do.
@@ -131,7 +131,8 @@ def shortest_edges(config: Mapping, slurries: Sequence[Slurry]) -> list[tuple[fl
 
 def box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """No particle interacts with two periodic images of another one."""
-    skin_um, types = config["dem"]["skin_um"], recipe.particle_types(config["formulation"]["phases"])
+    types = recipe.particle_types(config["formulation"]["phases"])
+    skin_um = neighbour_lists.skin_um(config["dem"], types)
     cutoff_um = forcefield.largest_cutoff_um(types, config["force_field"]["lennard_jones"])
     least_um = 2 * (cutoff_um + skin_um)
     narrow = [(edge_um, slurry_id) for edge_um, slurry_id in shortest_edges(config, slurries) if edge_um <= least_um]

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from slurrycast.config.slurry_table import Slurry
-from slurrycast.dem import recipe
+from slurrycast.dem import neighbour_lists, recipe
 
 
 def replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
@@ -44,5 +44,6 @@ def timestep_runs(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
 
 
 def dem_settings(config: Mapping, run: Slurry) -> dict:
-    """The section `dem` as it holds for one run."""
-    return {**config["dem"], **run.dem}
+    """The section `dem` as it holds for one run; a skin that follows from the recipe is worked out."""
+    types = recipe.particle_types(config["formulation"]["phases"])
+    return {**config["dem"], "skin_um": neighbour_lists.skin_um(config["dem"], types), **run.dem}

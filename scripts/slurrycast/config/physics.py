@@ -27,11 +27,17 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     formulation = {key: value for key, value in config["formulation"].items() if key != "expected_density_g_cm3"}
     return {
         "formulation": formulation | {"order": list(formulation["phases"])},
-        # as in runs of before there were pairs with forces of their own
-        "force_field": {key: value for key, value in config["force_field"].items() if key != "pairs" or value},
+        "force_field": _one_form(config["force_field"]),
         "dem": {key: value for key, value in dem_settings(config, slurry).items() if key not in DEM_NOT_PHYSICS},
         "slurry": {key: getattr(slurry, key) for key in ("mass_units", "thickness_ratio", "seed")},
     }
+
+
+def _one_form(force_field: Mapping) -> dict:
+    """The section force_field in the one form that says the same, without pairs as in runs of before there were any."""
+    pairs = {"-".join(sorted(pair.split("-"))): own for pair, own in force_field["pairs"].items()}
+    one_form = {key: value for key, value in force_field.items() if key != "pairs"}
+    return one_form | {"pairs": dict(sorted(pairs.items()))} if pairs else one_form
 
 
 def flat_settings(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -5,6 +5,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from slurrycast.dem.neighbour_lists import commands
 from slurrycast.dem.recipe import ParticleType
 
 # The parameters of LAMMPS' contact model, which holds one set of them.
@@ -72,7 +73,7 @@ def largest_cutoff_um(types: Sequence[ParticleType], lennard_jones: Mapping) -> 
 
 
 def coefficients(types: Sequence[ParticleType], force_field: Mapping) -> str:
-    """LAMMPS `pair_coeff` lines for every i <= j.
+    """LAMMPS `pair_coeff` lines for every i <= j, and before them the neighbour lists of a wide range of sizes.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def coefficients(types: Sequence[ParticleType], force_field: Mapping) -> str:
     name the one of `contact_styles` that is theirs, if there are several.
     """
     contacts = _contacts(types, force_field)
-    lines = ["# pair_coeff i j style epsilon(fJ) sigma(um) cutoff(um)"]
+    lines = [*commands(types), "# pair_coeff i j style epsilon(fJ) sigma(um) cutoff(um)"]
     lines += ["pair_coeff * * gran/hertz/history"] if len(contacts) == 1 else []
     for a, b, mean in _pairs(types):
         forces = of_pair(force_field, a.phase, b.phase)

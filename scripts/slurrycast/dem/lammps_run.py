@@ -14,6 +14,7 @@ import psutil
 
 from slurrycast.dem.forcefield import contact_styles
 from slurrycast.dem.lammps_log import Log, read_log, thermo_row
+from slurrycast.dem.neighbour_lists import skin_um
 from slurrycast.dem.recipe import particle_types
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.runtime.lammps_help import ask
@@ -25,10 +26,10 @@ DISK_FULL_BYTES = 1 << 20
 
 def force_field_variables(physics: Mapping) -> dict[str, object]:
     """The -var settings that every script with real forces needs, from the physics of a slurry."""
-    dem = physics["dem"]
+    dem, types = physics["dem"], particle_types(physics["formulation"]["phases"])
     return {
-        "skin_um": dem["skin_um"],
-        "contact_styles": contact_styles(particle_types(physics["formulation"]["phases"]), physics["force_field"]),
+        "skin_um": skin_um(dem, types),
+        "contact_styles": contact_styles(types, physics["force_field"]),
         "timestep_us": dem["timestep_us"],
         "temperature_k": dem["temperature_k"],
         "temperature_damping_us": dem["temperature_damping_us"],
