@@ -10,10 +10,14 @@ import pytest
 
 from configurations import load
 from formulations import phase
+from slurrycast.data.frames import read_frames, write_frames
 from slurrycast.dem import forcefield, lammps_run, neighbour_lists
+from slurrycast.dem.drying import dry_force_field, drying_types
+from slurrycast.dem.drying_run import dry
 from slurrycast.dem.lammps_data import write_data
-from slurrycast.dem.lammps_dump import read_dump
+from slurrycast.dem.lammps_dump import as_frame, read_dump
 from slurrycast.dem.lammps_run import Launcher, force_field_variables, run_lammps
+from slurrycast.dem.particles import particles_of
 from slurrycast.dem.recipe import particle_types
 
 CONFIG = load("config")
@@ -143,6 +147,43 @@ def dense(request, tmp_path_factory, generate) -> tuple[Path, dict]:
 def segment(folder: Path, variables: dict, first: int, last: int) -> None:
     run_lammps(LAUNCHER, "slurry.lmp", {**variables, "from": first, "to": last}, folder, f"segment_{last}.log")
     assert "Unused restart file" not in (folder / f"segment_{last}.log").read_text()
+
+
+@pytest.mark.parametrize("script", ["displace", "continue", "drive", "relax"])
+def test_other_stages_have_the_forces_of_each_pair(dense, tmp_path, script):
+    """And keep each contact history, where they go on from a restart file."""
+    folder, variables = dense
+    for name in ("coefficients.lmp", "step_1500.restart", "pushed_off.data"):
+        shutil.copyfile(folder / name, tmp_path / name)
+    edges = {f"final_l{axis}_um": 3.0 for axis in "xyz"}
+    own = {"restart": "step_1500.restart", "from": 1500, "displacement_um": 1e-6, "displacement_seed": 5}
+    own |= {"start_temperature_k": 3.0e4}
+    rounds = {"max_rounds": 1, "round_steps": 50, "flat_within": 0.1, "pressure_within": 0.1, "steps": 50}
+    run_lammps(LAUNCHER, f"{script}.lmp", variables | own | rounds | edges, tmp_path, "log.lammps")
+    log = (tmp_path / "log.lammps").read_text()
+    assert "Unused restart file" not in log and "WARNING" not in log
+    assert (f"pair_style      hybrid/overlay lj/cut 1.0 {variables['contact_styles']}\n" in log) == (script == "relax")
+
+
+def test_a_tape_has_the_forces_of_each_pair(dense, tmp_path):
+    """The drying starts from places alone, and takes the forces of the slurry times its factors."""
+    folder, _ = dense
+    inputs = json.loads((folder / "inputs.json").read_text())
+    *_, last = read_dump(folder / "frames_1500.dump")
+    frame = as_frame(last, 30, inputs["physics"]["dem"]["timestep_us"])
+    id, type = (column.astype(int) for column in last.values[:, :2].T)
+    write_frames(tmp_path / "slurry.h5", particles_of(inputs["types"], id, type), [frame], {"slurry": "A"})
+    settings = CONFIG["drying"] | {"phase": "soft", "stages": 2, "steps_per_stage": 200, "rest_steps": 100}
+    settings |= {"force_field": {"friction": 0.5, "attraction_factor": 2.0, "stiffness_factor": 0.5}}
+    settings |= {key: CONFIG["relaxation"][key] for key in ("pressure_damping_steps", "start_thermal_share")}
+    with read_frames(tmp_path / "slurry.h5") as store:
+        tape = dry(store, inputs, settings, LAUNCHER, tmp_path, print)
+    assert tape.rows[-1]["thickness_um"] < tape.rows[0]["thickness_um"]
+    dried = dry_force_field(inputs["physics"]["force_field"], settings["force_field"])
+    types = drying_types(particle_types(inputs["physics"]["formulation"]["phases"]), settings, 0.0)
+    style = f"pair_style      hybrid/overlay lj/cut 1.0 {forcefield.contact_styles(types, dried)}\n"
+    assert style in (tmp_path / "dry.log").read_text()
+    assert (tmp_path / "stage_2.lmp").read_text().endswith(forcefield.coefficients(types, dried))
 
 
 def test_chain_goes_on_bit_by_bit_and_keeps_each_contact_history(dense, tmp_path, monkeypatch):

@@ -165,6 +165,24 @@ def test_order_of_keys_repeats_nothing(tmp_path):
     assert physics(force_field=default["force_field"], formulation=formulation) == before
 
 
+def test_walltimes_follow_the_sizes(tmp_path):
+    """Few large particles make all neighbour lists longer; at 1e6 particle-steps a second this takes 36 minutes."""
+    sizes = {"BDPD": 1.2, "NiO": 0.5, "8YSZ": 0.5}
+    phases = load("config")["formulation"]["phases"]
+    phases = {
+        name: phases[name] | {"size_classes": [{"diameter_um": size, "number_fraction": 1.0}]}
+        for name, size in sizes.items()
+    }
+    table = write_slurries(tmp_path / "slurries.tsv", [("T1", "train"), ("1", "test")])
+    long = {"steps": 2400000}
+    done = plan(
+        own(tmp_path, slurries=table, dem=long, formulation={"phases": phases, "unit_mass_pg": 400.0}), "slurries"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    blocks = re.findall(r"rule run_slurry:.*?\n\n", done.stdout, re.DOTALL)
+    assert [int(re.search(r"runtime=(\d+)", block)[1]) for block in blocks] == 2 * [10 + round(36.24 * 1.28)]
+
+
 def test_bounds_at_the_end_of_a_relaxation_do_not_repeat_it(tmp_path):
     bounds = {"max_kinetic_share": 0.0123, "pressure_within": 0.0456}
     done = plan(own(tmp_path, relaxation=bounds), "tables")

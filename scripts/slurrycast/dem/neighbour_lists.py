@@ -12,11 +12,11 @@ import numpy as np
 
 from slurrycast.dem.recipe import ParticleType, mean_volume_um3
 
-SKIN_SHARE = 0.3  # of the smallest diameter; the shipped recipe is fastest near it
+SKIN_SHARE = 0.3  # of the smallest diameter, as in the shipped recipe
 WIDE_RATIO = 2.5  # largest over smallest diameter above which each pair of sizes has a cutoff of its own
 PACKING_FRACTION = 0.66  # of a dense slurry
 # One step with n particles in each list, over that of the shipped recipe (results/reference/neighbour_lists).
-COST, COST_PER_NEIGHBOUR = 0.9, 0.005
+COST, COST_PER_NEIGHBOUR = 0.89, 0.005
 
 
 def skin_um(dem: Mapping, types: Sequence[ParticleType]) -> float:
