@@ -1,13 +1,17 @@
 """Earlier DEM results: which changes of the configuration they refuse."""
 
+import copy
 import json
 from pathlib import Path
 
 import pytest
+import yaml
 
 from configurations import merged, nested, read_slurries
 from slurrycast.config.configuration import check
+from slurrycast.config.earlier_results import problems
 from slurrycast.config.physics import changed_physics, physics
+from slurrycast.runtime.files import write_text
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 TABLE = Path("config/slurries.tsv")
@@ -99,6 +103,20 @@ def test_renamed_and_reordered_phases_are_refused(run):
     run["formulation"]["phases"] = {"Ni": phases["NiO"], "8YSZ": phases["8YSZ"], "BDPD": phases["BDPD"]}
     (line,) = check(run)
     assert "was run without formulation.phases.Ni.mass_fraction, the configuration has 0.52 (and " in line
+
+
+def test_results_of_before_pairs_and_a_skin_by_the_recipe_are_taken_over(config):
+    before = copy.deepcopy(config)
+    del before["force_field"]["pairs"]
+    write_text("results/demo/slurries.tsv", TABLE.read_text())
+    for skin_um, lines in (
+        (0.15, []),
+        (0.2, ["results/demo: made with dem.skin_um = 0.2, the configuration has 0.15"]),
+    ):
+        before["dem"]["skin_um"] = skin_um
+        write_text("results/demo/config.yaml", yaml.safe_dump(before))
+        found = list(problems(config, read_slurries(TABLE), "results/demo"))
+        assert [line.partition(": take")[0] for line in found] == lines
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"physics": '])

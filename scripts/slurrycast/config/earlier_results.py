@@ -10,6 +10,8 @@ from slurrycast.config.physics import DEM_START, flat_settings
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
 from slurrycast.config.yaml_files import file_problems
+from slurrycast.dem.neighbour_lists import skin_um
+from slurrycast.dem.recipe import particle_types
 from slurrycast.runtime.files import damaged_files
 
 NOT_RESULTS = {"run.overwrite", *(f"dem.{key}" for key in DEM_START)}  # settings that no result depends on
@@ -34,6 +36,8 @@ def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -
     way_out = f"take them over with --configfile {recorded}, and change settings afterwards"
     before = dict(flat_settings(yaml.safe_load(recorded.read_text(encoding="utf-8"))))
     now = dict(flat_settings(config))
+    if before.get("dem.skin_um") is not None:  # also of runs of before it followed from the recipe
+        now["dem.skin_um"] = skin_um(config["dem"], particle_types(config["formulation"]["phases"]))
     nothing = object()
     differing = [key for key in dict.fromkeys([*now, *before]) if now.get(key, nothing) != before.get(key, nothing)]
     differing = [key for key in differing if key not in NOT_RESULTS]
