@@ -7,6 +7,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 
+from configurations import load
 from data_files import atoms, bounds_um
 from formulations import phase
 from slurrycast.dem.lammps_data import write_data
@@ -24,7 +25,7 @@ PHYSICS = {
         "initial_packing_fraction": 0.25,
         "phases": {"A": phase(0.3, 0.8135, {1.1: 1.0}), "B": phase(0.7, 6.67, {0.6: 0.25, 0.4: 0.75})},
     },
-    "force_field": {"lennard_jones": {"epsilon_fj_per_um": 1.0, "sigma_factor": 0.89, "cutoff_factor": 1.5}},
+    "force_field": load("config")["force_field"],
     "slurry": {"mass_units": 2.0, "thickness_ratio": 1.5, "seed": 42},
 }
 

@@ -57,9 +57,7 @@ def lose_contact_history(monkeypatch, tmp_path) -> Callable[[str], None]:
 
     def lose(script: str) -> None:
         text = (lammps_run.SCRIPTS / script).read_text()
-        repeated = (
-            "pair_style hybrid/overlay lj/cut 1.0 gran/hertz/history ${normal_stiffness_kpa} NULL 30 15 0.015 1\n"
-        )
+        repeated = "pair_style hybrid/overlay lj/cut 1.0 ${contact_styles}\n"
         (tmp_path / script).write_text(text.replace("include ", f"{repeated}include ", 1))
         monkeypatch.setattr(lammps_run, "SCRIPTS", tmp_path)
 
