@@ -63,6 +63,17 @@ def test_a_recipe_more_changes_nothing_of_the_others(config):
     assert physics(config, slurry) == physics(load("config") | {"formulations": {}}, slurry)
 
 
+def test_forces_of_pairs_and_the_skin_are_those_of_the_recipe(config):
+    """Pairs of phases that a recipe lacks are no matter of its own."""
+    config["force_field"]["pairs"] = {"8YSZ-8YSZ": {"friction": 0.1}, "NiO-BDPD": {"friction": 0.2}}
+    config["formulations"]["coarse"]["force_field"] = {"pairs": {"NiO-GDC": {"friction": 0.3}}}
+    assert configuration.check(config) == []
+    of_row = {slurry.id: physics(config, slurry) for slurry in configuration.checked_slurries(config)}
+    assert of_row["1"]["force_field"]["pairs"] == {"BDPD-NiO": {"friction": 0.2}, "GDC-NiO": {"friction": 0.3}}
+    assert of_row["2"]["force_field"]["pairs"] == {"8YSZ-8YSZ": {"friction": 0.1}, "BDPD-NiO": {"friction": 0.2}}
+    assert [of_row[id]["dem"]["skin_um"] for id in ("1", "2")] == pytest.approx([0.21, 0.15])
+
+
 def test_a_dry_composition_is_that_of_each_recipe(config):
     """As two configurations of one recipe each say, and once: a second time changes nothing."""
     changes = {"composition_is": "dry", "solvent_mass_fraction": 0.2, "solvent_fraction_of": "slurry"}
@@ -95,6 +106,10 @@ def test_a_dry_composition_is_that_of_each_recipe(config):
         (
             {"expected_density_g_cm3": 7.0},
             "formulations.coarse: formulation.expected_density_g_cm3 = 7.0: must be below",
+        ),
+        (
+            {"force_field": {"pairs": {"NiO-YSZ": {"friction": 0.1}}}},
+            "formulations.coarse: force_field.pairs.NiO-YSZ: must be two phases of BDPD, NiO, 8YSZ, GDC with",
         ),
         ({"unit_mass_pg": 20.0}, "formulations.coarse: formulation.unit_mass_pg: slurry "),
     ],

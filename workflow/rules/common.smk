@@ -221,10 +221,11 @@ def work_of_dem(wildcards):
 
 def lammps_minutes(wildcards, steps, attempt):
     """Walltime of `steps` of the DEM in minutes."""
-    types, lennard_jones = particle_types(config["formulation"]["phases"]), config["force_field"]["lennard_jones"]
-    counts = particle_counts(types, RUNS[wildcards.slurry].mass_units * config["formulation"]["unit_mass_pg"])
+    recipe = config_of(wildcards.slurry)
+    types = particle_types(recipe["formulation"]["phases"])
+    counts = particle_counts(types, RUNS[wildcards.slurry].mass_units * recipe["formulation"]["unit_mass_pg"])
     skin_um = neighbour_lists.skin_um(config["dem"], types)
-    cost = neighbour_lists.relative_cost(types, counts, lennard_jones, skin_um)
+    cost = neighbour_lists.relative_cost(types, counts, recipe["force_field"]["lennard_jones"], skin_um)
     particle_steps_per_s = 1.0e6 * config["dem"]["ranks"] / cost  # of slow cores
     return 10 + attempt * round(int(counts.sum()) * steps / particle_steps_per_s / 60)
 

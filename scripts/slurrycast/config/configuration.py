@@ -41,6 +41,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.extrapolation: "microstructure",
+    dem_checks.pairs: "formulation.phases formulations force_field drying",
     dem_checks.rdf_pair: "formulation.phases formulations analysis.rdf_pair",
 }
 # The same for checks of one recipe: they take the configuration as it holds for it, and its slurries.
@@ -54,7 +55,6 @@ RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] =
         "force_field.lennard_jones.cutoff_factor dem.skin_um"
     ),
     dem_checks.attraction: "force_field.lennard_jones.sigma_factor force_field.lennard_jones.cutoff_factor",
-    dem_checks.pairs: "formulation.phases force_field.pairs",
     dem_checks.timestep: (
         "formulation.phases force_field dem.timestep_us dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"

@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast.config.derived_runs import replicas, timestep_runs
-from slurrycast.config.formulations import all_phases, of_slurry
+from slurrycast.config.formulations import all_phases, of_recipe, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, neighbour_lists, recipe
@@ -154,14 +154,22 @@ def attraction(config: Mapping, _) -> Iterator[str]:
 
 
 def pairs(config: Mapping, _) -> Iterator[str]:
-    """Each pair with forces of its own is one of phases that exist, and is named once."""
-    named, phases = config["force_field"]["pairs"], config["formulation"]["phases"]
-    for pair in named:
-        phase, other = pair.split("-")
-        if not {phase, other} <= set(phases):
-            yield f"force_field.pairs.{pair}: must be two phases of {', '.join(phases)} with a hyphen between them"
-        elif phase < other and f"{other}-{phase}" in named:
-            yield f"force_field.pairs.{pair}: must be given once, and is as {other}-{phase} too"
+    """Each pair with forces of its own is one of phases that exist, in any recipe, and is named once."""
+    phases, said = all_phases(config), set()
+    for name in ("", *config["formulations"]):
+        named = of_recipe(config, name)["force_field"]["pairs"]
+        for pair in named:
+            phase, other = pair.split("-")
+            line = f"force_field.pairs.{pair}: must be "
+            if not {phase, other} <= set(phases):
+                line += f"two phases of {', '.join(phases)} with a hyphen between them"
+            elif phase < other and f"{other}-{phase}" in named:
+                line += f"given once, and is as {other}-{phase} too"
+            else:
+                continue
+            if line not in said:
+                yield f"formulations.{name}: {line}" if name else line
+            said.add(line)
 
 
 def long_timestep(

@@ -27,15 +27,19 @@ def physics(config: Mapping, slurry: Slurry) -> dict:
     formulation = {key: value for key, value in config["formulation"].items() if key != "expected_density_g_cm3"}
     return {
         "formulation": formulation | {"order": list(formulation["phases"])},
-        "force_field": _one_form(config["force_field"]),
+        "force_field": _one_form(config["force_field"], formulation["phases"]),
         "dem": {key: value for key, value in dem_settings(config, slurry).items() if key not in DEM_NOT_PHYSICS},
         "slurry": {key: getattr(slurry, key) for key in ("mass_units", "thickness_ratio", "seed")},
     }
 
 
-def _one_form(force_field: Mapping) -> dict:
-    """The section force_field in the one form that says the same, without pairs as in runs of before there were any."""
-    pairs = {"-".join(sorted(pair.split("-"))): own for pair, own in force_field["pairs"].items()}
+def _one_form(force_field: Mapping, phases: Mapping) -> dict:
+    """The section force_field in the one form that says the same of these phases.
+
+    It has no `pairs` where none of them is of these phases, as in runs of before there were any.
+    """
+    pairs = {tuple(sorted(pair.split("-"))): own for pair, own in force_field["pairs"].items()}
+    pairs = {"-".join(pair): own for pair, own in pairs.items() if {*pair} <= {*phases}}
     one_form = {key: value for key, value in force_field.items() if key != "pairs"}
     return one_form | {"pairs": dict(sorted(pairs.items()))} if pairs else one_form
 
