@@ -37,6 +37,7 @@ def add_options(parser: Parser) -> None:
     parser.add_input("--inputs", "inputs.json of every slurry", nargs="+")
     parser.add_input("--run-json", "run.json of every slurry that has a DEM", nargs="*")
     parser.add_value("--roles", "JSON: role of every slurry by its id, in the order of the table", type=json.loads)
+    parser.add_value("--expected-g-cm3", "JSON: expected density of every slurry in equilibrium", type=json.loads)
     parser.add_value("--formulations", 'JSON: name of the recipe of every slurry, "" of the default', type=json.loads)
     parser.add_input("--density", "tables/density_volume.csv")
     parser.add_tables("coordinate_errors", "rdf_errors", "equilibrium", "relaxation_ends")
@@ -62,6 +63,7 @@ def main(args: Namespace) -> None:
         versions=json.loads(args.versions.read_text(encoding="utf-8")),
         roles=args.roles,
         formulations=args.formulations,
+        expected_g_cm3=args.expected_g_cm3,
         inputs=read_by_slurry(args.inputs),
         runs=read_by_slurry(args.run_json),
         density=read_table(args.density),

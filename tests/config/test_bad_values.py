@@ -45,7 +45,7 @@ OUT_OF_RANGE = {
     "run.overwrite": ("true or false", ["yes", 1]),
     "slurries": (COMMAND, [""]),
     "formulation.unit_mass_pg": ("a number above 0 and at most 10000000000", [0, NAN, 1e11]),
-    "formulation.expected_density_g_cm3": ("a number at least 0.1 and at most 30", [2240.0, 0.00224]),
+    "formulation.expected_density_g_cm3": ("null or a number at least 0.1 and at most 30", [2240.0, 0.00224]),
     "formulation.initial_packing_fraction": ("a number at least 0.01 and below 0.5", [0.5]),
     "formulation.phases": (PHASE, [None]),
     NIO: ("a section with mass_fraction, density_g_cm3, size_classes", [1]),

@@ -1,12 +1,19 @@
 """Several recipes in one configuration: what holds for which slurry, and lines for what is wrong in one of them."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from configurations import load, merged
+from configurations import ROOT, load, merged
 from slurrycast.config import configuration
-from slurrycast.config.formulations import all_phases, of_recipe, wet_recipes
+from slurrycast.config.formulations import (
+    EXPECTED_PACKING_FRACTION,
+    all_phases,
+    expected_density_g_cm3,
+    of_recipe,
+    wet_recipes,
+)
 from slurrycast.config.physics import physics
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
@@ -155,3 +162,17 @@ def test_the_column_may_be_left_out(tmp_path):
     path = tmp_path / "s.tsv"
     path.write_text(HEADER.replace("\tformulation", "") + "T1\ttrain\t1\t1.0\t1\n")
     assert [slurry.formulation for slurry in read_slurry_table(path)[0]] == [""]
+
+
+def test_an_expected_density_that_is_not_given(config):
+    """That of the particles at the packing fraction of the reference run; phases alone do not take that of others."""
+    measured = json.loads((ROOT / "results" / "reference" / "reduced" / "packing_fraction.json").read_text())["mean"]
+    assert pytest.approx(measured, abs=5e-4) == EXPECTED_PACKING_FRACTION
+    del config["formulations"]["coarse"]["expected_density_g_cm3"]
+    formulation = of_recipe(config, "coarse")["formulation"]
+    assert formulation["expected_density_g_cm3"] is None
+    volume_of_1_pg_um3 = 0.35 / 7.2 + 0.52 / 6.67 + 0.13 / 0.8135
+    expected = EXPECTED_PACKING_FRACTION / volume_of_1_pg_um3
+    assert expected_density_g_cm3(formulation) == pytest.approx(expected)
+    assert expected_density_g_cm3(config["formulation"]) == 2.24
+    assert configuration.check(config) == []

@@ -188,6 +188,7 @@ def results(tmp_path, model, history) -> Results:
         versions={"python": "3.11.7", "packages": {"keras": "3.15.1"}},
         roles=roles,
         formulations=dict.fromkeys(roles, ""),
+        expected_g_cm3=dict.fromkeys(roles, CONFIG["formulation"]["expected_density_g_cm3"]),
         inputs={
             row.slurry: {
                 "mass_fractions_reached": {"NiO": 0.601, "BDPD": 0.399},
@@ -223,7 +224,7 @@ def restricted(results: Results, slurries: list[str], **changes: object) -> Resu
     tables = ("equilibrium", "relaxation_ends", "density", "coordinate_errors", "rdf_errors", "costs", "speedup")
     tables += ("training_range",)
     kept = {name: getattr(results, name)[getattr(results, name).slurry.isin([*slurries, "-"])] for name in tables}
-    for name in ("roles", "formulations", "inputs", "runs"):
+    for name in ("roles", "formulations", "expected_g_cm3", "inputs", "runs"):
         kept[name] = {slurry: of_slurry for slurry, of_slurry in getattr(results, name).items() if slurry in slurries}
     return replace(results, **kept | changes)
 
@@ -514,6 +515,7 @@ def with_errors(results: Results, density: float, mse: float, rdf: float, wobble
         equilibrium=pd.concat(rows_of_runs, ignore_index=True),
         roles=roles,
         formulations=dict.fromkeys(roles, ""),
+        expected_g_cm3=dict.fromkeys(roles, 2.24),
         **of_runs,
         **tables,
     )

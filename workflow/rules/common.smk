@@ -38,7 +38,7 @@ os.environ[VERSIONS_VARIABLE] = VERSIONS  # written beside the checksum of every
 # Snakemake merges what a user sets with config.yaml. A recipe is one thing: phases that the user sets replace those there.
 OWN_FORMULATION = workflow.config_settings.overwrite_config.get("formulation")
 if isinstance(OWN_FORMULATION, dict) and "phases" in OWN_FORMULATION:
-    config["formulation"]["phases"] = OWN_FORMULATION["phases"]
+    config["formulation"] |= {"expected_density_g_cm3": None} | OWN_FORMULATION
 
 try:
     SLURRY_TABLE = configuration.checked_slurries(config)

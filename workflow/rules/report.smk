@@ -284,6 +284,7 @@ rule write_report:
     params:
         roles=section({id: slurry.role for id, slurry in SLURRIES.items()}),
         formulations=section({id: slurry.formulation for id, slurry in SLURRIES.items()}),
+        expected=section({id: formulations.expected_density_g_cm3(config_of(id)["formulation"]) for id in SLURRIES}),
         surrogates=SURROGATES,
         left_out=LEFT_OUT,
         optional=lambda wildcards, input: [
@@ -296,7 +297,7 @@ rule write_report:
         histories=lambda wildcards, input: [f"{label}={path}" for label, path in zip(LEARNED, input.histories)],
     shell:
         "python {input.script:q} --config {input.config:q} --versions {input.versions:q} --inputs {input.inputs:q}"
-        " --run-json {input.runs:q} --roles {params.roles:q} --formulations {params.formulations:q}"
+        " --run-json {input.runs:q} --roles {params.roles:q} --formulations {params.formulations:q} --expected-g-cm3 {params.expected:q}"
         " --left-out {params.left_out:q}"
         " --density {input.density:q} --coordinate-errors {input.coordinate_errors:q}"
         " --rdf-errors {input.rdf_errors:q} --equilibrium {input.equilibrium:q} --relaxation-ends"

@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast.config.derived_runs import replicas, timestep_runs
-from slurrycast.config.formulations import all_phases, of_recipe, of_slurry
+from slurrycast.config.formulations import all_phases, expected_density_g_cm3, of_recipe, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, neighbour_lists, recipe
@@ -63,7 +63,7 @@ def fractions(config: Mapping, _) -> Iterator[str]:
 def packing(config: Mapping, _) -> Iterator[str]:
     """The expected density leaves space between the particles, and the box has to shrink to reach it."""
     formulation = config["formulation"]
-    expected, start = formulation["expected_density_g_cm3"], formulation["initial_packing_fraction"]
+    expected, start = expected_density_g_cm3(formulation), formulation["initial_packing_fraction"]
     # specific volumes add up: the share of the final box that the particles fill
     final = expected * sum(p["mass_fraction"] / p["density_g_cm3"] for p in formulation["phases"].values())
     if final >= 1:
@@ -122,7 +122,7 @@ def whole_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str
 def shortest_edges(config: Mapping, slurries: Sequence[Slurry]) -> list[tuple[float, str]]:
     """Shortest edge in um that the box of each slurry is expected to end with, and the slurry's id."""
     formulation = config["formulation"]
-    pg_per_unit_um3 = formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    pg_per_unit_um3 = formulation["unit_mass_pg"] / expected_density_g_cm3(formulation)
     return [
         (min(recipe.box_edges_um(slurry.mass_units * pg_per_unit_um3, slurry.thickness_ratio)), slurry.id)
         for slurry in slurries

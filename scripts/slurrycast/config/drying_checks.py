@@ -6,6 +6,7 @@ from slurrycast import surrogates
 from slurrycast.analysis.quantity_names import SUMS
 from slurrycast.analysis.voxels import MOST_VOXELS
 from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep, whole_particles
+from slurrycast.config.formulations import expected_density_g_cm3
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import recipe
@@ -108,7 +109,7 @@ def _voxels(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     largest = max((slurry for slurry in slurries if slurry.role != "train"), key=lambda s: s.mass_units, default=None)
     if largest is None:
         return
-    volume_um3 = largest.mass_units * formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    volume_um3 = largest.mass_units * formulation["unit_mass_pg"] / expected_density_g_cm3(formulation)
     if volume_um3 / spacing_um**3 > MOST_VOXELS:
         yield (
             f"microstructure.spacing_um = {shown(spacing_um)}: slurry {largest.id} would have "
@@ -128,7 +129,7 @@ def _thickness(
     counts = particles_per_pg(wet)
     # the particles of a tape are packed no closer than those of the slurry
     shrinkage = recipe.mean_volume_um3(dry, counts) / recipe.mean_volume_um3(wet, counts)
-    pg_per_unit_um3 = formulation["unit_mass_pg"] / formulation["expected_density_g_cm3"]
+    pg_per_unit_um3 = formulation["unit_mass_pg"] / expected_density_g_cm3(formulation)
     least_um = 2 * max(t.diameter_um for t in dry)
     thin = []
     for slurry in slurries:

@@ -10,6 +10,18 @@ SECTIONS = ("force_field", "drying")  # what a recipe may change beside `formula
 SOLVENT = ("composition_is", "solvent_mass_fraction", "solvent_fraction_of")  # what `wet_composition` changes of drying
 
 
+# Share of the volume that particles fill in an equilibrated slurry: results/reference/reduced/packing_fraction.json.
+EXPECTED_PACKING_FRACTION = 0.668
+
+
+def expected_density_g_cm3(formulation: Mapping) -> float:
+    """Density of the equilibrated slurry as the recipe expects it, else at `EXPECTED_PACKING_FRACTION`."""
+    if (given := formulation["expected_density_g_cm3"]) is not None:
+        return given
+    phases = formulation["phases"].values()
+    return EXPECTED_PACKING_FRACTION / sum(phase["mass_fraction"] / phase["density_g_cm3"] for phase in phases)
+
+
 def merged(base: Any, changes: Any) -> Any:
     """`base` with the `changes`: mappings key by key, all else as a whole."""
     if not isinstance(base, Mapping) or not isinstance(changes, Mapping):
@@ -24,7 +36,9 @@ def of_recipe(config: Mapping, name: str) -> dict:
     changes = config["formulations"][name]
     sections = {key: merged(config[key], changes[key]) for key in SECTIONS if key in changes}
     # phases as a whole, as a configuration replaces those of config.yaml
-    formulation = config["formulation"] | {key: value for key, value in changes.items() if key not in SECTIONS}
+    expected = {"expected_density_g_cm3": None} if "phases" in changes else {}  # that of the default fits its phases
+    changed = {key: value for key, value in changes.items() if key not in SECTIONS}
+    formulation = {**config["formulation"], **expected, **changed}
     return {**config, **sections, "formulation": formulation}
 
 

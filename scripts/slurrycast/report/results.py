@@ -28,6 +28,7 @@ class Results:
     versions: Mapping
     roles: Mapping[str, str]  # by slurry, in the order of the slurry table
     formulations: Mapping[str, str]  # names of their recipes, "" of the default
+    expected_g_cm3: Mapping[str, float]  # density that their recipes expect in equilibrium
     inputs: Mapping[str, Mapping]  # inputs.json by slurry
     runs: Mapping[str, Mapping]  # run.json by slurry, of those that have a DEM, as in `equilibrium`
     density: pd.DataFrame
@@ -48,15 +49,6 @@ class Results:
     networks: Mapping[str, Network]
     weights_of: Mapping[str, str]  # of the same: of the epoch of the "lowest" validation loss or of the "last"
     figures: Mapping[str, Path]
-
-    @property
-    def expected_g_cm3(self) -> pd.Series:
-        """Density that the configuration expects of each slurry in equilibrium."""
-        recipes = {"": self.config["formulation"], **self.config["formulations"]}
-        key = "expected_density_g_cm3"
-        return pd.Series(
-            {slurry: recipes[name].get(key, recipes[""][key]) for slurry, name in self.formulations.items()}
-        )
 
     def slurries(self, *roles: str) -> list[str]:
         """Ids of the slurries in one of `roles`, in the order of the slurry table."""

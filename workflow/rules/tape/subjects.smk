@@ -119,7 +119,7 @@ def voxels(wildcards, spacing_um):
     """Number of voxels of a slurry."""
     formulation = config_of(wildcards.slurry)["formulation"]
     mass_pg = RUNS[wildcards.slurry].mass_units * formulation["unit_mass_pg"]
-    return mass_pg / formulation["expected_density_g_cm3"] / spacing_um**3
+    return mass_pg / formulations.expected_density_g_cm3(formulation) / spacing_um**3
 
 
 def calibration_tape():
