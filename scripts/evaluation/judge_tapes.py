@@ -19,9 +19,7 @@ def add_options(parser: Parser) -> None:
 
 def main(args: Namespace) -> None:
     """Judge and write the table."""
-    errors = judged_tape_rows(read_table(args.tape_errors))
-    judged = errors[errors.slurry.isin(args.slurries) & (errors.replica_sd > 0)]
-    write_table(args.table, judge(judged), columns=COLUMNS)
+    write_table(args.table, judge(judged_tape_rows(read_table(args.tape_errors), args.slurries)), columns=COLUMNS)
 
 
 if __name__ == "__main__":

@@ -401,9 +401,9 @@ def test_training_range_is_shown_where_a_slurry_is_outside(results):
 
 
 def test_tapes_are_shown_from_their_pictures_to_their_pores(results):
-    columns = ["source", "slurry", "stage", "quantity", "value", "unit", "dem_value"]
+    columns = ["source", "slurry", "stage", "quantity", "value", "unit", "dem_value", "replica_sd"]
     values = [("green_density", 3.0, "g/cm3"), ("shrinkage", 0.25, "1")]
-    tapes = pd.DataFrame([("dem", "2", "tape", *value, value[1]) for value in values], columns=columns)
+    tapes = pd.DataFrame([("dem", "2", "tape", *value, value[1], np.nan) for value in values], columns=columns)
     ends = pd.DataFrame({"friction": [1.0, 0.1], "green_density_g_cm3": [2.9, 3.3], "packing_fraction": [0.5, 0.6]})
     stems = ["pores_2", "drying", "render_tape_2"]
     figures = dict.fromkeys(stems, results.figures["slurry_net_N1"]) | results.figures

@@ -183,9 +183,9 @@ rule collect_costs:
     input:
         **code("analysis/collect_costs"),
         costs=[
-            *expand(rules.generate_inputs.output.cost, slurry=SLURRIES),
-            *expand(rules.run_slurry.output.cost, slurry=SIMULATED),
-            *expand(rules.extract_frames.output.cost, slurry=SIMULATED),
+            *expand(rules.generate_inputs.output.cost, slurry=[*SLURRIES, *DRIED_REPLICAS]),
+            *expand(rules.run_slurry.output.cost, slurry=[*SIMULATED, *DRIED_REPLICAS]),
+            *expand(rules.extract_frames.output.cost, slurry=[*SIMULATED, *DRIED_REPLICAS]),
             *([rules.assemble_dataset.output.cost] if TRAINING else []),
             *(PACKING_COSTS if BOXED else []),
             *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
@@ -201,9 +201,9 @@ rule collect_costs:
                 slurry=PREDICTED,
             ),
             *([f"{RESULTS}/costs/calibrate_drying.json"] if HAS_TAPES else []),
-            *(tapes(f"{RESULTS}/costs/dry_slurry/{{source}}/{{slurry}}.json") if HAS_TAPES else []),
+            *(dried(f"{RESULTS}/costs/dry_slurry/{{source}}/{{slurry}}.json") if HAS_TAPES else []),
             *(
-                tapes(
+                dried(
                     f"{RESULTS}/costs/measure_microstructure/{{source}}/{{slurry}}_{{stage}}.json",
                     stage=["slurry", "tape"],
                 )

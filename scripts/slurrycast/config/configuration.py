@@ -31,7 +31,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
     ),
     surrogate_checks.result_paths: (
-        "slurries surrogate.names evaluation convergence report.pictures dem.timestep_us dem.steps "
+        "slurries surrogate.names evaluation drying convergence report.pictures dem.timestep_us dem.steps "
         "dem.thermo_every_steps"
     ),
     surrogate_checks.intermediate_targets: "surrogate.neighbours",
@@ -39,7 +39,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     surrogate_checks.model_of_this_run: "run surrogate.model",
     surrogate_checks.packing_of_recipes: "slurries formulations surrogate evaluation.surrogates",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
-    dem_checks.derived_ids: "slurries evaluation convergence dem.timestep_us dem.steps dem.thermo_every_steps",
+    dem_checks.derived_ids: "slurries evaluation drying convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.extrapolation: "microstructure",
     dem_checks.pairs: "formulation.phases formulations force_field drying",
     dem_checks.rdf_pair: "formulation.phases formulations analysis.rdf_pair",

@@ -9,7 +9,7 @@ import shlex
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 
-from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.derived_runs import dried_replicas, evaluated_replicas, timestep_runs
 from slurrycast.config.formulations import all_phases, expected_density_g_cm3, of_recipe, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
@@ -255,10 +255,18 @@ def frames(config: Mapping, _) -> Iterator[str]:
 def derived_ids(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """No slurry has the id of a run that follows from another one."""
     ids = {slurry.id for slurry in slurries}
-    for key, make in (("evaluation.replicated", replicas), ("convergence.slurry", timestep_runs)):
+    makers = {
+        "evaluation.replicated": evaluated_replicas,
+        "drying.replicas": dried_replicas,
+        "convergence.slurry": timestep_runs,
+    }
+    runs: dict[str, str] = {}
+    for key, make in makers.items():
         for run in make(config, slurries):
-            if run.id in ids:
-                yield f"{key}: its run {run.id} is named like a slurry of the table: rename that slurry"
+            runs.setdefault(run.id, key)
+    for run_id, key in runs.items():
+        if run_id in ids:
+            yield f"{key}: its run {run_id} is named like a slurry of the table: rename that slurry"
 
 
 def convergence(config: Mapping, _) -> Iterator[str]:

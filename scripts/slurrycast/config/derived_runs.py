@@ -8,14 +8,36 @@ from slurrycast.dem import neighbour_lists, recipe
 
 
 def replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
-    """The replicated slurries with other seeds: 6_r1, 6_r2, ... of slurry 6."""
+    """All replicas, those of the evaluation and those that the main job dries, which may be the same."""
+    runs = [*evaluated_replicas(config, slurries), *dried_replicas(config, slurries)]
+    return list({run.id: run for run in runs}.values())
+
+
+def evaluated_replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """The replicated slurries of the evaluation with other seeds: 6_r1, 6_r2, ... of slurry 6."""
+    settings = config["evaluation"]
+    replicated = [slurry for slurry in slurries if slurry.id in settings["replicated"]]
+    return [run for slurry in replicated for run in _with_other_seeds(slurry, settings["replicas"])]
+
+
+def dried_replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
+    """Those of one small test slurry, where the DEM of test slurries is dried.
+
+    It is the smallest one of `evaluation.replicated`, so that nothing runs twice, or of all where that names none.
+    """
+    test = [slurry for slurry in slurries if slurry.role == "test"]
+    replicated = [slurry for slurry in test if slurry.id in config["evaluation"]["replicated"]]
+    if "dem" not in config["drying"]["sources"] or not test:
+        return []
+    return _with_other_seeds(min(replicated or test, key=lambda slurry: slurry.mass_units), config["drying"]["replicas"])
+
+
+def _with_other_seeds(slurry: Slurry, number: int) -> list[Slurry]:
     return [
         dataclasses.replace(
             slurry, id=f"{slurry.id}_r{k}", role="replica", seed=recipe.derived_seed(slurry.seed, f"replica {k}")
         )
-        for slurry in slurries
-        if slurry.id in config["evaluation"]["replicated"]
-        for k in range(1, config["evaluation"]["replicas"] + 1)
+        for k in range(1, number + 1)
     ]
 
 

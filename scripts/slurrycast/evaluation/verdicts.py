@@ -160,10 +160,15 @@ def judged_rows(structure_errors: pd.DataFrame, slurries: Sequence[str]) -> pd.D
     return structure_errors[relaxed & structure_errors.quantity.str.startswith(tuple(MEASURES.values()))]
 
 
-def judged_tape_rows(tape_rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of tables/tape_errors.csv, or of tapes in tables/microstructure.csv, that are judged: `TAPE_MEASURES`."""
-    judged = tape_rows.quantity.str.startswith(tuple(TAPE_MEASURES.values()))
-    return tape_rows[judged & ~tape_rows.quantity.str.fullmatch(_NOT_OF_TAPES)]
+def judged_tape_rows(microstructure: pd.DataFrame, slurries: Sequence[str]) -> pd.DataFrame:
+    """Rows of tables/microstructure.csv or tape_errors.csv that are judged, with `surrogate` for the source.
+
+    They are `TAPE_MEASURES` of surrogates' tapes of these slurries that scatter between replicas.
+    """
+    of_surrogate = (microstructure.stage == "tape") & (microstructure.source != "dem")
+    rows = microstructure[of_surrogate & microstructure.slurry.isin(slurries) & (microstructure.replica_sd > 0)]
+    judged = rows.quantity.str.startswith(tuple(TAPE_MEASURES.values()))
+    return rows[judged & ~rows.quantity.str.fullmatch(_NOT_OF_TAPES)].rename(columns={"source": "surrogate"})
 
 
 def by_verdict(verdicts: Mapping[str, str | None]) -> list[tuple[str | None, list[str]]]:

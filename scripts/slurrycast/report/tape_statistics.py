@@ -1,13 +1,14 @@
 """Numbers of the sections on green tapes: properties of the tapes of each source, and how far they are from the DEM."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from slurrycast.evaluation.verdicts import DIFFERS, EQUIVALENT, FAMILY_LEVEL, holm, judged_tape_rows, mean_difference
+from slurrycast.evaluation.verdicts import DIFFERS, EQUIVALENT, judge, judged_tape_rows, mean_difference
 from slurrycast.report.evaluation_results import Evaluation
 from slurrycast.report.names import measure_name, tape_quantity
 from slurrycast.report.results import Results
+from slurrycast.report.verdict_statistics import counted
 
 # shown in this order, if the tapes have them
 QUANTITIES = (
@@ -41,7 +42,7 @@ def tapes(results: Results) -> Mapping | None:
 
     `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density, None
     without one or if it lies beyond both. Differences are means over the test slurries of a source's tape less the
-    DEM's, with half of the width of their interval.
+    DEM's, with half of the width of their interval, and the verdict. `counts` is what `_counts` makes of the verdicts.
     """
     table = results.microstructure
     if table is None:
@@ -53,24 +54,28 @@ def tapes(results: Results) -> Mapping | None:
     sources = list(dict.fromkeys(dried.source))
     compared = [source for source in sources if source != "dem" and "dem" in sources]
     units = dried.drop_duplicates("quantity").set_index("quantity").unit
+    verdicts = judge(judged_tape_rows(dried, results.test))
+    verdict_of = verdicts.set_index(["surrogate", "measure"]).verdict
     for quantity in shown_quantities(dried):
         of_quantity = dried[dried.quantity == quantity].set_index("slurry")
-        name = tape_quantity(quantity, units[quantity])
-        means = [of_quantity[of_quantity.source == source].value.mean() for source in sources]
-        differences = []
+        row = [tape_quantity(quantity, units[quantity])]
+        row += [of_quantity[of_quantity.source == source].value.mean() for source in sources]
+        if compared:
+            row.append(of_quantity[of_quantity.source == "dem"].replica_sd.mean())
         for source in compared:
             of_source = of_quantity[of_quantity.source == source]
             difference = of_source.value - of_source.dem_value
             interval = mean_difference(difference)
-            differences += [difference.mean(), (interval.upper - interval.lower) / 2]
-        rows.append([name, *means, *differences])
+            row += [difference.mean(), (interval.upper - interval.lower) / 2, verdict_of.get((source, quantity))]
+        rows.append(row)
     calibration = results.drying_calibration.assign(void=1 - results.drying_calibration.packing_fraction)
     return {
         "rows": rows,
         **dict(zip(("loosest", "densest"), calibration.to_dict("records"), strict=False)),
         "nearest": calibration.iloc[-1].to_dict() if len(calibration) > 2 else None,
         "sources": sources,
-        "compared": {source: _resolved(dried, source) for source in compared},
+        "compared": compared,
+        "counts": _counts(verdicts, compared),
         "green": {source: _mean(dried, source, "green_density") for source in sources},
         "shrinkage": {source: _mean(dried, source, "shrinkage") for source in sources},
         "slurries": list(dict.fromkeys(dried.slurry)),
@@ -81,24 +86,24 @@ def _mean(dried: pd.DataFrame, source: str, quantity: str) -> float:
     return dried[(dried.source == source) & (dried.quantity == quantity)].value.mean()
 
 
-def _resolved(dried: pd.DataFrame, source: str) -> Mapping:
-    """Which judged properties of a source's tapes differ from the DEM's beyond the scatter between slurries.
-
-    `number` of the properties that enough slurries have, and the names of those that are `different`.
-    """
-    rows = judged_tape_rows(dried[dried.source == source])
-    differences = (rows.value - rows.dem_value).groupby(rows.quantity, sort=False)
-    p = pd.Series({quantity: mean_difference(values).p for quantity, values in differences}, dtype=float).dropna()
-    different = p.index[holm(p) < FAMILY_LEVEL]
-    return {"number": len(p), "different": [measure_name(quantity) for quantity in different]}
+def _counts(verdicts: pd.DataFrame, surrogates: Sequence[str]) -> Mapping:
+    """How many properties are judged and equivalent, and the names of those that differ, by surrogate."""
+    counts = {}
+    for surrogate in surrogates:
+        judged, numbers = counted(verdicts, surrogate)
+        counts[surrogate] = {
+            "judged": len(judged),
+            "equivalent": numbers[EQUIVALENT],
+            "different": [measure_name(measure) for measure in judged.measure[judged.verdict == DIFFERS]],
+        }
+    return counts
 
 
 def tape_verdicts(evaluation: Evaluation) -> Mapping | None:
     """Judged properties of tapes, one a row; None where none are judged.
 
     A row has the name, the mean of the DEM and the replica sd over the test slurries, and for each surrogate the mean
-    difference in replica sd with half of its interval, and the verdict. `counts` are numbers of verdicts, and names of
-    what differs, by surrogate.
+    difference in replica sd with half of its interval, and the verdict. `counts` is what `_counts` makes of these.
     """
     if evaluation.tape_verdicts is None:
         return None
@@ -116,12 +121,5 @@ def tape_verdicts(evaluation: Evaluation) -> Mapping | None:
             judged = verdicts.loc[surrogate, measure]
             row += [judged.mean_in_sd, (judged.upper_in_sd - judged.lower_in_sd) / 2, judged.verdict]
         rows.append(row)
-    counts = {}
-    for surrogate in surrogates:
-        judged = verdicts.loc[surrogate].verdict.dropna()
-        counts[surrogate] = {
-            "judged": len(judged),
-            "equivalent": int((judged == EQUIVALENT).sum()),
-            "different": [measure_name(measure) for measure in judged.index[judged == DIFFERS]],
-        }
+    counts = _counts(evaluation.tape_verdicts, surrogates)
     return {"rows": rows, "surrogates": surrogates, "counts": counts}

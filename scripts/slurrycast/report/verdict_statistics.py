@@ -24,6 +24,12 @@ def network_verdicts(evaluation: Evaluation) -> dict:
     }
 
 
+def counted(verdicts: pd.DataFrame, surrogate: str) -> tuple[pd.DataFrame, dict[str, int]]:
+    """What is judged of a surrogate, rows of a table of verdicts, and how many of each verdict there are."""
+    judged = verdicts[verdicts.surrogate == surrogate].dropna(subset=["verdict"])
+    return judged, {name: int((judged.verdict == name).sum()) for name in (EQUIVALENT, NOT_RESOLVED, DIFFERS)}
+
+
 def noise_verdicts(evaluation: Evaluation) -> dict:
     """tables/verdicts.csv by surrogate.
 
@@ -33,11 +39,11 @@ def noise_verdicts(evaluation: Evaluation) -> dict:
     """
     rows, inside, equivalent = [], [], {}
     for surrogate in labels_of(evaluation.structure_errors):
-        judged = evaluation.verdicts[evaluation.verdicts.surrogate == surrogate].dropna(subset=["verdict"])
+        judged, numbers = counted(evaluation.verdicts, surrogate)
         groups = judged.measure[judged.verdict != EQUIVALENT].map(group_of).value_counts(sort=False)
         counts, farthest = [None, None, None], None
         if not judged.empty:
-            counts = [int((judged.verdict == verdict).sum()) for verdict in (EQUIVALENT, NOT_RESOLVED, DIFFERS)]
+            counts = list(numbers.values())
             equivalent[surrogate] = (counts[0], len(judged))
             row = judged.loc[judged.mean_in_sd.abs().idxmax()]
             farthest = f"{measure_name(row.measure)} ({number(row.mean_in_sd, '+.1f')})"

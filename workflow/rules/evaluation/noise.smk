@@ -84,8 +84,8 @@ rule measure_noise:
     """Measure how far replicas and perturbed runs of the DEM differ."""
     input:
         **code("evaluation/measure_noise"),
-        structure=expand(rules.measure_structure.output.structure, source="dem", slurry=REPLICAS),
-        rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=REPLICAS),
+        structure=expand(rules.measure_structure.output.structure, source="dem", slurry=EVALUATED_REPLICAS),
+        rdf=expand(rules.measure_structure.output.rdf, source="dem", slurry=EVALUATED_REPLICAS),
         perturbed=lambda wildcards: expand(rules.run_perturbed.output.perturbed, slurry=replicated()),
         frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=replicated()),
     output:

@@ -53,7 +53,8 @@ def structure_options(wildcards):
     return {"predicted": f"{folder}/predicted.h5", "relaxed": f"{folder}/relaxed.h5"}
 
 
-def replicas():
-    """Ids of the replicas; an error, only for targets that need them, if there are none."""
-    replicated()
+def dried_replicas():
+    """Ids of the replicas that are dried, those of the evaluation and of the main job; an error if there are none."""
+    if config["evaluation"]["replicated"] or not DRIED_REPLICAS:
+        replicated()
     return list(REPLICAS)

@@ -1,33 +1,25 @@
 """Whether a tape is that of the full DEM, beside the noise of the tapes of its replicas.
 
 REQUIRED INPUTS:
-    tables/microstructure.csv
-    tape/dem/{slurry}/tape.csv of replicas
+    tape/{source}/{slurry}/tape.csv, of replicas too
 
 OUTPUTS:
     tables/tape_errors.csv, tape_verdicts.csv; plot_verdicts draws them
 """
 
 
-rule compare_tapes:
-    """Compare tapes with those of the DEM and their noise."""
+# The same table of all tapes that are judged, beside the scatter of all replicas.
+use rule tabulate_microstructure as compare_tapes with:
     input:
-        **code("evaluation/compare_tapes"),
-        microstructure=lambda wildcards: judged_tapes(rules.tabulate_microstructure.output.table),
+        **code("tape/tabulate_microstructure"),
+        microstructures=lambda wildcards: judged_tapes(rules.measure_microstructure.output.table),
         replicas=lambda wildcards: expand(
-            rules.measure_microstructure.output.table, source="dem", slurry=replicas(), stage="tape"
+            rules.measure_microstructure.output.table, source="dem", slurry=dried_replicas(), stage="tape"
         ),
     output:
         table=reported("tables/tape_errors.csv", "tape_errors", "Tape", table="errors of tapes"),
     log:
         f"{RESULTS}/logs/compare_tapes.log",
-    localrule: True
-    conda:
-        "../../../envs/analysis.yaml"
-    shell:
-        "python {input.script:q} --microstructure {input.microstructure:q} --replicas {input.replicas:q}"
-        " --table {output.table:q}"
-        " 2>&1 | tee {log:q}"
 
 
 rule judge_tapes:

@@ -47,7 +47,7 @@ rule measure_drying:
     """Measure how near to rest each tape is at its end."""
     input:
         **code("tape/measure_drying"),
-        dried=lambda wildcards: tapes(rules.dry_slurry.output.dried),
+        dried=lambda wildcards: dried(rules.dry_slurry.output.dried),
     output:
         table=reported("tables/drying_ends.csv", "drying_ends", "Tape", table="rest at the end of the drying"),
     log:

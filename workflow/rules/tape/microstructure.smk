@@ -53,6 +53,9 @@ rule tabulate_microstructure:
     input:
         **code("tape/tabulate_microstructure"),
         microstructures=lambda wildcards: tapes(rules.measure_microstructure.output.table, stage=["slurry", "tape"]),
+        replicas=expand(
+            rules.measure_microstructure.output.table, source="dem", slurry=DRIED_REPLICAS, stage=["slurry", "tape"]
+        ),
     output:
         table=reported("tables/microstructure.csv", "microstructure", "Tables", table="microstructures"),
     log:
@@ -61,7 +64,9 @@ rule tabulate_microstructure:
     conda:
         "../../../envs/analysis.yaml"
     shell:
-        "python {input.script:q} --microstructures {input.microstructures:q} --table {output.table:q} 2>&1 | tee {log:q}"
+        "python {input.script:q} --microstructures {input.microstructures:q} --replicas {input.replicas:q}"
+        " --table {output.table:q}"
+        " 2>&1 | tee {log:q}"
 
 
 rule plot_tape:

@@ -17,7 +17,7 @@ def equilibrated(wildcards):
 def drying_settings(slurry):
     """Settings of a drying: of its section those that it depends on, and what it shares with the relaxation."""
     shared = ("pressure_damping_steps", "start_thermal_share")
-    others = ("sources", "composition_is", "solvent_fraction_of", "wet_thickness_um", "green_density_g_cm3")
+    others = ("sources", "replicas", "composition_is", "solvent_fraction_of", "wet_thickness_um", "green_density_g_cm3")
     settings = {key: value for key, value in config_of(slurry)["drying"].items() if key not in others}
     return settings | {key: config["relaxation"][key] for key in shared}
 
@@ -37,8 +37,11 @@ def drying_minutes(wildcards, attempt):
 
 
 def dried_slurries(source):
-    """Slurries that are dried, those that have a DEM first: that of one of role `new` does not run to its end."""
-    return with_role("test") if source == "dem" else [*with_role("test"), *with_role("new")]
+    """Slurries that are dried, those that have a DEM first: that of one of role `new` does not run to its end.
+
+    What only the evaluation predicts has no slurries of role `new`.
+    """
+    return [*with_role("test"), *(with_role("new") if source in SURROGATES else [])]
 
 
 def sources_of(slurry):
@@ -46,12 +49,15 @@ def sources_of(slurry):
     return [source for source in DRIED if slurry in dried_slurries(source)]
 
 
-# Those that this run has. Whether the main job dries anything: there are sources and slurries for them.
-DRIED = [source for source in config["drying"]["sources"] if source in ["dem", *SURROGATES]]
+# Those that this run has: in the main job, and in the evaluation. Whether the main job dries anything: there are sources
+# and slurries for them.
+DRIED, JUDGED = (
+    [source for source in config["drying"]["sources"] if source in ["dem", *labels]] for labels in (SURROGATES, LABELS)
+)
 HAS_TAPES = any(map(dried_slurries, DRIED))
 GREEN = config["drying"]["green_density_g_cm3"]  # measured, None if not
 # Whether tapes of surrogates are judged beside those of the DEM.
-JUDGES_TAPES = bool("dem" in DRIED and DRIED[1:] and with_role("test"))
+JUDGES_TAPES = bool("dem" in JUDGED and JUDGED[1:] and with_role("test"))
 SHOWN_TAPES = [slurry for source in DRIED for slurry in dried_slurries(source)][:1]  # in figures of one slurry
 PICTURED_TAPES = SHOWN_TAPES if PICTURED else []
 
@@ -66,38 +72,44 @@ def microstructure_options(wildcards):
     drying, settings = config_of(wildcards.slurry)["drying"], config["microstructure"]
     options = ["--organic", drying["phase"], "--spacing-um", settings["spacing_um"]]
     if wildcards.stage == "slurry":
-        return [*options, "--solvent-mass-fraction", drying["solvent_mass_fraction"]]
-    if drying["wet_thickness_um"] is not None:
+        options += ["--solvent-mass-fraction", drying["solvent_mass_fraction"]]
+    elif drying["wet_thickness_um"] is not None:
         options += ["--wet-thickness-um", drying["wet_thickness_um"]]
     # replicas as the slurry that they repeat, for the scatter
     slurry = wildcards.slurry.rpartition("_r")[0] if wildcards.slurry in REPLICAS else wildcards.slurry
-    if slurry in dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]:
+    first = dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]
+    if slurry in first and wildcards.stage in settings["tortuosity_stages"]:
         options += ["--tortuosity-spacings-um", *settings["tortuosity_spacings_um"]]
         options += ["--tortuosity-axes", *settings["tortuosity_axes"], "--tortuosity-of", *settings["tortuosity_of"]]
         options += ["--tortuosity-extrapolated"] * settings["tortuosity_extrapolated"]
     return options
 
 
-def tapes(path, **wildcards):
-    """Outputs `path` for every source and every slurry that is dried; an error if there are none."""
+def tapes(path, sources=DRIED, **wildcards):
+    """Outputs `path` for every source and every slurry that is dried; an error if the main job dries none."""
     if not HAS_TAPES:
         raise WorkflowError(
             f"drying.sources = {section(config['drying']['sources'])}: must be at least one of "
             f"{', '.join(['dem', *SURROGATES])} with a slurry of role test for this target"
         )
     return [
-        tape for source in DRIED for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
+        tape for source in sources for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
     ]
 
 
-def judged_tapes(table):
-    """The table, or an error, only for targets that judge tapes, if there are none to compare."""
+def dried(path, **wildcards):
+    """The same and outputs `path` of the replicas that are dried."""
+    return [*tapes(path, **wildcards), *expand(path, source="dem", slurry=DRIED_REPLICAS, **wildcards)]
+
+
+def judged_tapes(path):
+    """Outputs `path` for every tape that is judged, or an error if there are none to compare."""
     if not JUDGES_TAPES:
         raise WorkflowError(
             f"drying.sources = {section(config['drying']['sources'])}: must be dem and at least one of "
-            f"{', '.join(SURROGATES)} with a slurry of role test for this target"
+            f"{', '.join(LABELS)} with a slurry of role test for this target"
         )
-    return table
+    return tapes(path, sources=JUDGED, stage="tape")
 
 
 def microstructure_mb(wildcards, attempt):
