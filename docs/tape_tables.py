@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from reference_results import MISSING, drying_changes, load, read_result, slurries
+from reference_results import MISSING, REFERENCE, drying_changes, load, read_result, slurries
 from slurrycast.evaluation.verdicts import EQUIVALENT
 from slurrycast.report.names import tape_quantity
 
@@ -51,7 +51,10 @@ def tapes() -> pd.DataFrame:
 
 
 def tape_cost() -> pd.DataFrame:
-    """CPU seconds from the recipe to the slurry by either way, and from there to the measured tape, by slurry."""
+    """CPU seconds from the recipe to the slurry by either way, and from there to the measured tape, by slurry.
+
+    The last one, if it is measured, is of the published size and has no DEM (results/reference/recipe).
+    """
     cost = read_result("tape", "cost")
     cost = cost[cost.slurry.isin(slurries("reduced", "test"))]
     ways = {
@@ -65,4 +68,10 @@ def tape_cost() -> pd.DataFrame:
         rows = cost[(cost.surrogate == surrogate) & cost.stage.isin(stages)]
         found[name] = rows.groupby("slurry").cpu_s.sum()
     table = pd.DataFrame(found).sort_values("particles").drop_duplicates("particles")
-    return table.map("{:.3g}".format).assign(particles=table.particles.map("{:,.0f}".format))
+    recipe = pd.read_csv(REFERENCE / "recipe" / "cost.csv")
+    stage = recipe.stage.str.partition(" ")[0]  # without what is measured
+    if (stage == "dry_slurry").any():
+        cpu_s = {name: recipe.cpu_s[stage.isin(stages)].sum() for name, (_, stages) in ways.items()}
+        table.loc["recipe"] = cpu_s | {"particles": recipe.particles[0], "full DEM": float("nan")}
+    table = table.assign(particles=table.particles.map("{:,.0f}".format))
+    return table.map(lambda value: value if isinstance(value, str) else MISSING if pd.isna(value) else f"{value:.3g}")

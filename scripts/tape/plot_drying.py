@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import DEM, new_figure, save_figure, surrogate_colours
+from slurrycast.report.names import source_name
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -31,7 +32,7 @@ def draw_drying(sources: Sequence[str], tables: Sequence[pd.DataFrame]) -> Figur
             axes.plot(1 - table.solvent_left, drawn, color=colours[source], lw=1.2, alpha=0.8)
             axes.plot(1, drawn.iloc[-1], "o", color=colours[source], ms=4, clip_on=False)
         axes.set(xlabel="Solvent that has left", ylabel=name, xlim=(0, 1))
-    handles = [Line2D([], [], color=colours[source], label=source) for source in dict.fromkeys(sources)]
+    handles = [Line2D([], [], color=colours[source], label=source_name(source)) for source in dict.fromkeys(sources)]
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
     return figure
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
 from slurrycast.report.figures import DEM, FAINT, INK, new_figure, phase_colours, save_figure, surrogate_colours
+from slurrycast.report.names import source_name
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
@@ -24,7 +25,7 @@ def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataF
     figure = new_figure(9.5, 3.6)
     sizes, along_z = figure.subplots(1, 2)
     for source, table in pores.items():
-        sizes.plot(table.diameter_um, table.share_below, color=surrogates.get(source, DEM), label=source)
+        sizes.plot(table.diameter_um, table.share_below, color=surrogates.get(source, DEM), label=source_name(source))
     sizes.set(xlabel="Pore size (µm)", ylabel="Share of the void in smaller pores", ylim=(0, 1))
     sizes.set_xlim(left=0)
     sizes.legend(loc="lower right")
@@ -35,7 +36,7 @@ def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataF
     handles = [Line2D([], [], color=colours[name], label=name) for name in names]
     if len(profiles) > 1:
         handles += [
-            Line2D([], [], color=INK, ls="-" if source == "dem" else "--", label=source)
+            Line2D([], [], color=INK, ls="-" if source == "dem" else "--", label=source_name(source))
             for source in list(profiles)[:2]
         ]
     along_z.set(xlabel="Share of the volume", ylabel="z (µm)")

@@ -4,13 +4,14 @@ In: the slurry (HDF5; its last frame) and its tape from each of --sources (HDF5)
 Out: PNG; all structures wrapped into their own box, with its thickness Lz.
 """
 
+from slurrycast.report.names import source_name
 from slurrycast.report.rendering import on_one_level, read_structure, render
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 
 
 def named(stage: str, source: str) -> str:
     """Title of a picture, in two lines, since labels of surrogates may be long."""
-    return f"{stage}\n{'DEM' if source == 'dem' else source}"
+    return f"{stage}\n{source_name(source)}"
 
 
 def add_options(parser: Parser) -> None:

@@ -1,7 +1,7 @@
 """Put the microstructures of slurries and tapes into one table, beside those of the DEM and their scatter.
 
-In: tables (CSV) by measure_microstructure, of slurries and tapes from each source, and of those of replicas, DEM runs of
-a slurry with other seeds and ids <slurry>_r<number>.
+In: tables (CSV) by measure_microstructure, of slurries and tapes from each source, and the same of replicas, DEM runs
+of a slurry with other seeds and ids <slurry>_r<number>.
 Out: a table (CSV) of the rows of the former with dem_value, that of the same slurry by the full DEM, which slurries of
 role new do not have, and with replica_sd, the standard deviation between replicas: pooled over all replicated slurries
 and scaled with (number of particles)^-1/2. It is empty where no two replicas have the quantity.

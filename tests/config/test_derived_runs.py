@@ -3,7 +3,7 @@
 import pytest
 
 from configurations import ROOT, read_slurries
-from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.derived_runs import dried_replicas, replicas, timestep_runs
 from slurrycast.config.physics import physics
 from slurrycast.config.slurry_table import Slurry
 
@@ -20,6 +20,28 @@ def test_replicas_differ_from_their_slurry_in_id_role_and_seed_alone(config, slu
     assert len({run.seed for run in [*runs, *slurries]}) == len(runs) + len(slurries)
     original = physics(config, next(slurry for slurry in slurries if slurry.id == "6"))
     assert physics(config, runs[-1]) == original | {"slurry": original["slurry"] | {"seed": runs[-1].seed}}
+
+
+@pytest.mark.parametrize(
+    ("replicated", "sources", "number", "ids"),
+    [
+        (["2", "6"], ["dem"], 3, ["2_r1", "2_r2", "2_r3"]),  # some of those of the evaluation
+        (["6", "7", "V1"], ["direct", "dem"], 2, ["7_r1", "7_r2"]),  # the smallest test slurry of these
+        (["V1"], ["dem"], 6, [f"2_r{k}" for k in range(1, 7)]),
+        ([], ["dem"], 2, ["2_r1", "2_r2"]),
+        (["2"], ["dem"], 0, []),
+        (["2"], ["direct"], 3, []),
+    ],
+)
+def test_replicas_of_one_small_test_slurry_are_dried(config, slurries, replicated, sources, number, ids):
+    config["evaluation"] |= {"replicated": replicated}
+    config["drying"] |= {"sources": sources, "replicas": number}
+    runs = dried_replicas(config, slurries)
+    assert [run.id for run in runs] == ids
+    every = {run.id: run for run in replicas(config, slurries)}
+    assert len(every) == len({run.seed for run in every.values()}) == len({*ids, *every})
+    assert [every[run.id] for run in runs] == runs
+    assert dried_replicas(config, [slurry for slurry in slurries if slurry.role != "test"]) == []
 
 
 def test_timestep_runs_end_at_the_same_time_with_the_same_frames(config, slurries):

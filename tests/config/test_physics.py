@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,19 @@ def test_forces_of_a_pair(run):
     assert "without force_field.pairs.8YSZ-8YSZ.friction, the configuration has 0.2 (and 1 more)" in line
     other = merged(run, {"force_field": {"pairs": {"8YSZ-8YSZ": {"friction": 0.2}, "BDPD-NiO": {"friction": 0.1}}}})
     assert json.dumps(physics(changed, slurry)) == json.dumps(physics(other, slurry))
+
+
+def test_a_line_has_what_the_user_wrote_beside_the_value_with_solvent(run):
+    """The recipe of the slurry follows from that of the tape."""
+    dry = merged(run, {"drying": {"composition_is": "dry"}})
+    said = r"BDPD.mass_fraction = 0.13, the configuration has 0.269\d* with solvent, written as 0.13 \(and \d more\)"
+    write_text("results/demo/slurries.tsv", TABLE.read_text())
+    write_text("results/demo/config.yaml", yaml.safe_dump(run))
+    for lines in (check(dry), problems(dry, read_slurries(TABLE), "results/demo")):
+        assert re.search(said, "\n".join(lines))
+    wet = merged(run, {"formulation": {"phases": {"NiO": {"mass_fraction": 0.51}, "8YSZ": {"mass_fraction": 0.36}}}})
+    for lines in (check(wet), problems(wet, read_slurries(TABLE), "results/demo")):
+        assert "NiO.mass_fraction = 0.52, the configuration has 0.51 (and" in "\n".join(lines)
 
 
 def test_several_changes_are_counted_in_the_one_line(run):

@@ -49,6 +49,7 @@ BAD_ROWS = {
     "A\ttrain\t1\t1\t1\nB\tvalidation\t1\t1\t2\n": "s.tsv: no slurry of role test or new: must be at least one",
     "A\tnew\t1\t1\t1\n": "s.tsv: no slurry of role train: must be at least one for affine, or surrogate.model",
     "6_r1\ttrain\t1\t1\t1\n6\ttest\t1\t1\t2\n": f"evaluation.replicated: its run 6_r1 {NAMED_ALIKE}",
+    "1_r1\ttrain\t1\t1\t1\n1\ttest\t1\t1\t2\n": f"drying.replicas: its run 1_r1 {NAMED_ALIKE}",
     "V1_dt100ps_s1\ttrain\t1\t1\t1\nV1\ttest\t1\t1\t2\n": f"convergence.slurry: its run V1_dt100ps_s1 {NAMED_ALIKE}",
     "1\ttrain\t1\t1\t1\n1_rdf\ttest\t1\t1\t2\n": "s.tsv: slurries 1 and 1_rdf would both write 1_rdf.csv: rename one",
     "1\ttrain\t1\t1\t1\nbox_1\ttest\t1\t1\t2\n": (

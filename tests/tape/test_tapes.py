@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import plot_drying
+import plot_tape
 from script_runs import run_script, written
 from slurrycast.report import tape_statistics
 from slurrycast.report.names import tape_quantity
@@ -123,8 +125,9 @@ def test_report_says_whether_the_tapes_are_those_of_the_dem(judged, tabulated):
     assert "tapes of 3 DEM runs of one small slurry" in text
     assert "with 0.015 it has 3.30 g/cm³ and 34.0%." in text
     two = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2"]))
-    unknown = tape_statistics.tapes(SimpleNamespace(**tables | {"microstructure": tabulated(0)}, test=["1", "2", "3"]))
-    alone = tape_statistics.tapes(SimpleNamespace(**tables | {"microstructure": rows[rows.source == "dem"]}, test=["1"]))
+    without, dem = ({"microstructure": table} for table in (tabulated(0), rows[rows.source == "dem"]))
+    unknown = tape_statistics.tapes(SimpleNamespace(**tables | without, test=["1", "2", "3"]))
+    alone = tape_statistics.tapes(SimpleNamespace(**tables | dem, test=["1"]))
     for none in (two, unknown):
         assert "No tape is judged: that takes 3 test slurries" in section("report", "tape", **shared, **none)
     assert alone["counts"] == {} and "judged" not in section("report", "tape", **shared, **alone)
@@ -132,7 +135,8 @@ def test_report_says_whether_the_tapes_are_those_of_the_dem(judged, tabulated):
 
 def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
     errors, verdicts = judged
-    evaluation = SimpleNamespace(tape_errors=errors, tape_verdicts=verdicts, tested=lambda rows: rows[rows.slurry != "N"])
+    tested = errors[errors.slurry != "N"]
+    evaluation = SimpleNamespace(tape_errors=errors, tape_verdicts=verdicts, tested=lambda _: tested)
     found = tape_statistics.tape_verdicts(evaluation)
     assert found["counts"] == {"far": {"judged": 2, "equivalent": 1, "different": ["void"]}}
     (void,) = (row for row in found["rows"] if row[0] == "void")
@@ -152,9 +156,28 @@ def test_each_tortuosity_is_shown_with_a_name_of_its_own():
     assert {quantity: tape_quantity(quantity, "1") for quantity in names} == names
 
 
+DRYING = pd.DataFrame(
+    {
+        "solvent_left": [1, 0.5, 0, 0],
+        "thickness_um": [9, 8, 7, 6],
+        "density_g_cm3": [2.2, 2.5, 2.8, 3.0],
+        "packing_fraction": [0.66, 0.63, 0.6, 0.62],
+    }
+)
+
+
+def test_legends_name_the_dem():
+    pores = pd.DataFrame({"diameter_um": [0.1, 0.3], "share_below": [0.1, 0.9]})
+    profile = pd.DataFrame({"z_um": [1.0, 2.0], "phase": ["void", "NiO"], "share": [0.4, 0.6]})
+    sources = ["dem", "direct"]
+    sizes, along_z = plot_tape.draw_tape(dict.fromkeys(sources, pores), dict.fromkeys(sources, profile)).axes
+    legends = [*plot_drying.draw_drying(sources, [DRYING] * 2).legends, sizes.get_legend(), along_z.get_legend()]
+    shown = [[text.get_text() for text in legend.get_texts()] for legend in legends]
+    assert shown == [["DEM", "direct"], ["DEM", "direct"], ["void", "NiO", "DEM", "direct"]]
+
+
 def test_drying_is_drawn(tmp_path):
-    rows = {"solvent_left": [1, 0.5, 0, 0], "thickness_um": [9, 8, 7, 6], "density_g_cm3": [2.2, 2.5, 2.8, 3.0]}
-    pd.DataFrame(rows | {"packing_fraction": [0.66, 0.63, 0.6, 0.62]}).to_csv(tmp_path / "drying.csv", index=False)
+    DRYING.to_csv(tmp_path / "drying.csv", index=False)
     figure = tmp_path / "drying.png"
     done = run_script("plot_drying", sources=["dem", "direct"], drying=[tmp_path / "drying.csv"] * 2, figure=figure)
     assert (done.returncode, done.stderr) == (0, "")

@@ -25,7 +25,8 @@ STAGES = {
         "training": "train_surrogate fit_surrogate",
         "prediction": "predict_slurry",
         "relaxation": "wrap_slurry relax_slurry",
-        "tape": "dry_slurry measure_drying measure_microstructure tabulate_microstructure plot_drying plot_tape",
+        "tape": "dry_slurry calibrate_drying measure_drying measure_microstructure tabulate_microstructure"
+        " plot_drying plot_tape",
         "analysis": "measure_equilibrium measure_relaxation check_training_range measure_density compute_rdf"
         " compare_coordinates compare_rdf collect_costs compare_costs",
         "report": "record_run draw_rules plot_workflow plot_densification plot_learning_curves plot_coordinates"
@@ -33,7 +34,7 @@ STAGES = {
     }.items()
 }
 STAGE_OF = {rule: stage for stage, rules in STAGES.items() for rule in rules}
-WITH_LAMMPS = ("run_slurry", "relax_slurry", "dry_slurry")
+WITH_LAMMPS = ("run_slurry", "relax_slurry", "dry_slurry", "calibrate_drying")
 # The driver of a job, Snakemake itself so that its jobs go on, all at once, LAMMPS.
 VICTIMS = ("driver", "Snakemake", "all processes", "LAMMPS")
 KILLS_PER_ROUND = 13

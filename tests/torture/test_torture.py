@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import random
+import re
 import resource
 import subprocess
 import sys
@@ -16,10 +17,11 @@ import pytest
 import yaml
 
 import campaign
+from checkouts import snakemake
 from comparison import differences
 from corruption import damage
 from folders import own_disk
-from kills import STAGES, VICTIMS, planned
+from kills import STAGE_OF, STAGES, VICTIMS, planned
 from project import Injection
 from slurrycast.runtime.files import moved_into_place, write_text
 
@@ -107,6 +109,12 @@ def test_plan_has_every_victim_in_every_stage():
     assert {stage for stage, victim in found if victim == "LAMMPS"} == {"DEM", "relaxation", "tape"}
     assert {victim for _, victim in found} == set(VICTIMS)
     assert plan == planned(3, 30, STAGES) != planned(4, 30, STAGES)
+
+
+def test_every_job_of_the_main_job_may_be_killed():
+    """But the targets, which only wait, and those that a campaign is not about."""
+    said = snakemake(ROOT, "--dry-run", "--forceall", "--configfile", "config/tiny.yaml")
+    assert set(re.findall(r"^(?:local)?rule (\w+):", said, re.MULTILINE)) - {"all"} == set(STAGE_OF) - {"adopt_model"}
 
 
 @pytest.mark.parametrize(("lost", "code"), [("", 0), ("tables/skill.csv: missing", 1)])

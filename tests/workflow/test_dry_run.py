@@ -84,15 +84,15 @@ def test_a_slurry_from_its_recipe_alone_needs_no_dem(target, jobs, without):
     assert not without & planned.keys()
 
 
-@pytest.mark.parametrize(("names", "simulated"), [(["direct", "direct_box"], 3), (["direct", "affine"], 4)])
+@pytest.mark.parametrize(("names", "simulated"), [(["direct", "direct_box"], 5), (["direct", "affine"], 6)])
 def test_a_new_slurry_is_simulated_if_a_surrogate_takes_frames(tmp_path, names, simulated):
-    """Beside slurries that are simulated in any case."""
+    """Beside slurries that are simulated in any case, and two replicas."""
     rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]
     table = write_slurries(tmp_path / "slurries.tsv", rows)
     config = own(tmp_path, slurries=table, surrogate={"names": names}, evaluation={"surrogates": []})
     planned = planned_jobs(plan(config, "--quiet", "host"))
-    assert [planned[rule] for rule in ("generate_inputs", "run_slurry", "extract_frames")] == [4, simulated, simulated]
-    assert ("check_training_range" in planned) == (simulated == 4)
+    assert [planned[rule] for rule in ("generate_inputs", "run_slurry", "extract_frames")] == [6, simulated, simulated]
+    assert ("check_training_range" in planned) == (simulated == 6)
 
 
 def test_surrogates_that_are_left_out_are_named(tmp_path):
@@ -200,6 +200,7 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     sections = {"drying": {"sources": ["dem", "affine"]}, "relaxation": {"pressure_within": 0.0456}}
     sections["microstructure"] = {
         "tortuosity_spacings_um": [0.4, 0.3, 0.2],
+        "tortuosity_stages": ["slurry", "tape"],
         "tortuosity_axes": ["z", "y"],
         "tortuosity_of": ["nonceramic"],
         "tortuosity_extrapolated": True,
@@ -208,22 +209,48 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     dried = dict(re.findall(r"dry_slurry.py --structure (\S+) .* --dried \S*/tape/(\S+)/dried.h5", done.stdout))
     run = f"results/plan_{tmp_path.name}"
-    of_dem = {f"{run}/frames/{slurry}.h5": f"dem/{slurry}" for slurry in ("1",)}
+    of_dem = {f"{run}/frames/{slurry}.h5": f"dem/{slurry}" for slurry in ("1", "1_r1", "1_r2")}
     of_affine = {f"{run}/hybrid/affine/{slurry}/relaxed.h5": f"affine/{slurry}" for slurry in ("1", "N1")}
     assert dried == of_dem | of_affine
     assert "--pressure-within 0.0456" in done.stdout
     tortuosity = " --tortuosity-spacings-um 0.4 0.3 0.2 --tortuosity-axes z y --tortuosity-of nonceramic"
-    assert done.stdout.count(f"{tortuosity} --tortuosity-extrapolated --table") == 2  # of the first tape of each source
+    computed = re.findall(rf"{tortuosity} --tortuosity-extrapolated --table \S*/tape/(\S+).csv", done.stdout)
+    first = ["dem/1", "affine/1", "dem/1_r1", "dem/1_r2"]  # of each source, and what scatters
+    assert sorted(computed) == sorted(f"{of}/{stage}" for of in first for stage in ("slurry", "tape"))
     (settings,) = set(re.findall(r"dry_slurry.py .*--settings '(.*?)'", done.stdout))
     shared = {"pressure_damping_steps", "start_thermal_share"}
     others = {
         "sources",
+        "replicas",
         "composition_is",
         "solvent_fraction_of",
         "wet_thickness_um",
         "green_density_g_cm3",
     }  # no drying depends on them
     assert json.loads(settings).keys() == (load("config")["drying"].keys() | shared) - others
+
+
+def test_only_the_evaluation_dries_what_it_alone_predicts(tmp_path):
+    """And all replicas; not slurries of role `new`. The table of the main job stays."""
+    rows = [("T1", "train"), ("1", "test"), ("2", "test"), ("N1", "new")]
+    sections = {"slurries": write_slurries(tmp_path / "slurries.tsv", rows), "surrogate": {"names": ["affine"]}}
+    sections |= {"drying": {"sources": ["dem", "linear", "affine", "vgg16"]}}
+    sections["evaluation"] = {"surrogates": ["linear"], "replicated": ["2"], "replicas": 3}
+    dried = {f"{source}/{slurry}" for source in ("dem", "affine") for slurry in "12"} | {"affine/N1"}
+    for target, further in (("all", {}), ("tape_evaluation", {"linear/1", "linear/2", "dem/2_r3"})):
+        done = plan(own(tmp_path, **sections), "tapes", target)
+        assert done.returncode == 0, done.stdout + done.stderr
+        found = set(re.findall(r"dry_slurry.py .* --dried \S*/tape/(\S+)/dried.h5", done.stdout))
+        assert found == dried | {"dem/2_r1", "dem/2_r2"} | {*further}
+        measured = {
+            name: {of.removeprefix(f"results/plan_{tmp_path.name}/tape/") for of in tables.split()}
+            for tables, name in re.findall(
+                r"tabulate_microstructure.py --microstructures (.*?) --replicas .* --table \S*/(\w+).csv", done.stdout
+            )
+        }
+        assert measured["microstructure"] == {f"{of}/{stage}.csv" for of in dried for stage in ("slurry", "tape")}
+        judged = {f"{of}/tape.csv" for of in {*dried, *further} - {"affine/N1", "dem/2_r3"}}
+        assert measured.get("tape_errors", judged) == judged
 
 
 @pytest.mark.parametrize(
@@ -255,9 +282,11 @@ def test_sources_that_cannot_be_dried(tmp_path, sources):
 
 
 def test_tapes_of_the_dem_alone_cannot_be_judged(tmp_path):
-    done = plan(own(tmp_path, drying={"sources": ["dem"]}, surrogate={"names": ["affine"]}), "tape_evaluation")
+    sections = {"drying": {"sources": ["dem"]}, "surrogate": {"names": ["affine"]}}
+    sections["evaluation"] = {"surrogates": ["linear"]}
+    done = plan(own(tmp_path, **sections), "tape_evaluation")
     assert done.returncode == 1
-    said = 'drying.sources = ["dem"]: must be dem and at least one of affine with a slurry of role test for this target'
+    said = 'drying.sources = ["dem"]: must be dem and at least one of affine, linear with a slurry of role test for '
     assert said in done.stdout + done.stderr
 
 

@@ -138,6 +138,23 @@ def test_tables(results):
     assert (part < full[part.index]).all()
 
 
+def test_tapes_beside_the_scatter_of_their_replicas(results):
+    """Of both stages, scaled to each slurry; those that the main job dries are all there."""
+    rows = table(results, "microstructure")
+    tapes = [*product(["dem"], "12"), *product(["direct"], ["1", "2", "N1"])]
+    assert list(rows.groupby(["source", "slurry"], sort=False).groups) == tapes
+    known = rows[rows.quantity.isin(["green_density", "share_void_union", "tortuosity_z_0.3um"])]
+    assert (known.replica_sd[known.quantity != "tortuosity_z_0.3um"] > 0).all()
+    assert (known.replica_sd[known.quantity == "tortuosity_z_0.3um"] > 0).sum() == 2  # of the tapes of slurry 1
+    ends = table(results, "drying_ends")
+    assert list(zip(ends.source, ends.slurry, strict=True)) == [*tapes, ("dem", "1_r1"), ("dem", "1_r2")]
+    cost = table(results, "cost")
+    assert list(cost.stage[cost.slurry == "1_r1"]) == [
+        *["generate_inputs", "run_slurry", "extract_frames", "dry_slurry"],
+        *["measure_microstructure"] * 2,
+    ]
+
+
 def test_figures(results):
     """Every figure is there and shows something."""
     figures = {path.name for path in (results / "figures").glob("*.png")}
@@ -227,6 +244,10 @@ def test_evaluation_tables(evaluation):
     assert tables["verdicts"].verdict.isna().all()  # of fewer than three test slurries
     assert set(tables["noise"].slurry) == {"1", "2"}
     assert set(tables["ablation"].surrogate) == {"affine", "vgg16", "vgg16_box", "vgg16_box_nobox"}
+    errors = tables["tape_errors"]
+    assert set(zip(errors.source, errors.slurry, errors.stage, strict=True)) == {
+        *product(["dem", "direct"], "12", ["tape"])
+    }
     assert len(tables["timestep"]) == 4
     assert list(tables["timestep_summary"].timestep_us) == [0.001, 0.002]
 

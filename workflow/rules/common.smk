@@ -45,7 +45,8 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
-config = formulations.wet_recipes(configuration.in_order(config))
+WRITTEN = configuration.in_order(config)
+config = formulations.wet_recipes(WRITTEN)
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
 TRAINING_NEEDED = config["surrogate"]["model"] is None

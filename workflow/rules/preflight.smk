@@ -50,7 +50,7 @@ def loses_results(job):
 def check_earlier_results():
     """Refuse a run that would delete finished results, and a `--touch` of results that cannot be taken over."""
     if workflow.touch:
-        lines = list(earlier_results.problems(config, SLURRY_TABLE, RESULTS))
+        lines = list(earlier_results.problems(WRITTEN, SLURRY_TABLE, RESULTS))
         if not workflow.storage_settings.notemp:
             lines += [
                 f"{dump}: would be deleted, and has no frames yet: add --notemp"

@@ -13,7 +13,7 @@ from typing import Any
 from slurrycast.config import dem_checks, drying_checks, surrogate_checks
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
-from slurrycast.config.formulations import of_recipe, wet_recipes
+from slurrycast.config.formulations import of_recipe
 from slurrycast.config.physics import changed_physics
 from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
@@ -117,7 +117,7 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
     if usable("run formulation formulations slurries force_field drying dem evaluation convergence"):
         slurries_known = [slurry for slurry in slurries if slurry.formulation in ("", *names)]
         runs = [*slurries_known, *replicas(config, slurries_known), *timestep_runs(config, slurries_known)]
-        lines += changed_physics(wet_recipes(config), runs, Path("results") / config["run"]["name"])
+        lines += changed_physics(config, runs, Path("results") / config["run"]["name"])
     return slurries, [printable(line) for line in lines]
 
 

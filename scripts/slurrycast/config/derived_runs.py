@@ -29,7 +29,8 @@ def dried_replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
     replicated = [slurry for slurry in test if slurry.id in config["evaluation"]["replicated"]]
     if "dem" not in config["drying"]["sources"] or not test:
         return []
-    return _with_other_seeds(min(replicated or test, key=lambda slurry: slurry.mass_units), config["drying"]["replicas"])
+    smallest = min(replicated or test, key=lambda slurry: slurry.mass_units)
+    return _with_other_seeds(smallest, config["drying"]["replicas"])
 
 
 def _with_other_seeds(slurry: Slurry, number: int) -> list[Slurry]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast import surrogates
 from slurrycast.analysis.quantity_names import SUMS
+from slurrycast.analysis.tortuosity import LEAST_SPACINGS
 from slurrycast.analysis.voxels import MOST_VOXELS
 from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep, whole_particles
 from slurrycast.config.formulations import expected_density_g_cm3
@@ -96,9 +97,9 @@ def extrapolation(config: Mapping, _: Sequence[Slurry]) -> Iterator[str]:
     """Yield a line if the tortuosity is to be extrapolated from too few spacings."""
     settings = config["microstructure"]
     spacings_um = settings["tortuosity_spacings_um"]
-    if settings["tortuosity_extrapolated"] and len(spacings_um) < 3:
+    if settings["tortuosity_extrapolated"] and len(spacings_um) < LEAST_SPACINGS:
         yield (
-            f"microstructure.tortuosity_spacings_um = {shown(spacings_um)}: must be at least 3 with "
+            f"microstructure.tortuosity_spacings_um = {shown(spacings_um)}: must be at least {LEAST_SPACINGS} with "
             "microstructure.tortuosity_extrapolated = true"
         )
 

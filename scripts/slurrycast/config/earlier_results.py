@@ -6,7 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from slurrycast.config.physics import DEM_START, flat_settings
+from slurrycast.config.formulations import wet_recipes
+from slurrycast.config.physics import DEM_START, flat_settings, shown_wet
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
 from slurrycast.config.yaml_files import file_problems
@@ -21,6 +22,7 @@ CONFIG, SLURRIES = "config.yaml", "slurries.tsv"  # what record_run writes
 def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -> Iterator[str]:
     """Check whether the results can be taken over as they are: whole, of this configuration and slurry table.
 
+    The configuration is that which its user wrote; that of the results has the composition of the slurry.
     Yields a line for each damaged file, for the first of all settings that differ, and for slurries that differ.
     """
     yield from damaged_files(results)
@@ -35,7 +37,7 @@ def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -
         return
     way_out = f"take them over with --configfile {recorded}, and change settings afterwards"
     before = dict(flat_settings(yaml.safe_load(recorded.read_text(encoding="utf-8"))))
-    now = dict(flat_settings(config))
+    now, written = (dict(flat_settings(recipes)) for recipes in (wet_recipes(config), config))
     if before.get("dem.skin_um") is not None:  # also of runs of before it followed from the recipe
         now["dem.skin_um"] = skin_um(config["dem"], particle_types(config["formulation"]["phases"]))
     nothing = object()
@@ -43,7 +45,8 @@ def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -
     differing = [key for key in differing if key not in NOT_RESULTS]
     if differing:
         key, *others = differing
-        was, has = (shown(settings[key]) if key in settings else "nothing" for settings in (before, now))
+        was = shown(before[key]) if key in before else "nothing"
+        has = shown_wet(key, now, written) if key in now else "nothing"
         more = f" (and {len(others)} more)" if others else ""
         yield f"{results}: made with {key} = {was}, the configuration has {has}{more}: {way_out}"
     if read_slurry_table(table)[0] != list(slurries):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from slurrycast.config.derived_runs import dem_settings
-from slurrycast.config.formulations import of_slurry
+from slurrycast.config.formulations import of_slurry, wet_recipes
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 
@@ -56,13 +56,19 @@ def flat_settings(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
+def shown_wet(key: str, wet: Mapping[str, Any], written: Mapping[str, Any]) -> str:
+    """Text of a setting in a wet composition, and what its user wrote if that is another fraction; both are flat."""
+    same = "mass_fraction" not in key or key not in written or wet[key] == written[key]
+    return shown(wet[key]) if same else f"{shown(wet[key])} with solvent, written as {shown(written[key])}"
+
+
 def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -> list[str]:
     """Refuse settings other than those with which the DEM results under `results` were computed.
 
     Parameters
     ----------
     config : mapping
-        The configuration.
+        The configuration as its user wrote it.
     slurries : sequence of Slurry
         All DEM runs that it may ask for.
     results : path
@@ -76,7 +82,7 @@ def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | 
     if config["run"]["overwrite"]:
         return []
     way_out = "choose another run.name, or set run.overwrite: true to compute it anew"
-    lines, differences = [], {}
+    lines, differences, wet = [], {}, wet_recipes(config)
     for slurry in slurries:
         path = Path(results) / "dem" / slurry.id / "run.json"
         if not path.exists():
@@ -86,11 +92,11 @@ def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | 
         except (OSError, ValueError, KeyError, TypeError):
             lines.append(f"{path}: does not say with which settings it was run: {way_out}")
             continue
-        now = dict(flat_settings(physics(config, slurry)))
+        now, written = (dict(flat_settings(physics(recipes, slurry))) for recipes in (wet, config))
         for key in dict.fromkeys([*now, *before]):
             if key not in now or key not in before or now[key] != before[key]:
                 was = f"with {key} = {shown(before[key])}" if key in before else f"without {key}"
-                has = shown(now[key]) if key in now else "none"
+                has = shown_wet(key, now, written) if key in now else "none"
                 # a setting that all slurries share is one difference
                 owner = slurry.id if key.startswith("slurry.") else ""
                 line = f"{results}: the DEM of slurry {slurry.id} was run {was}, the configuration has {has}"

@@ -44,6 +44,11 @@ def range_quantity(quantity: str) -> RangeQuantity:
     return RangeQuantity(f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f")
 
 
+def source_name(source: str) -> str:
+    """Name of where a tape comes from: "DEM" of `dem`, or the label of a surrogate."""
+    return "DEM" if source == "dem" else source
+
+
 def pair_name(pair: str) -> str:
     """Name of an RDF's pair in sentences and tables."""
     return "all particles" if pair == "all" else pair

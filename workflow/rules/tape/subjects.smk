@@ -85,15 +85,15 @@ def microstructure_options(wildcards):
     return options
 
 
-def tapes(path, sources=DRIED, **wildcards):
-    """Outputs `path` for every source and every slurry that is dried; an error if the main job dries none."""
+def tapes(path, **wildcards):
+    """Outputs `path` for every source and every slurry that the main job dries; an error if there are none."""
     if not HAS_TAPES:
         raise WorkflowError(
             f"drying.sources = {section(config['drying']['sources'])}: must be at least one of "
             f"{', '.join(['dem', *SURROGATES])} with a slurry of role test for this target"
         )
     return [
-        tape for source in sources for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
+        tape for source in DRIED for tape in expand(path, source=source, slurry=dried_slurries(source), **wildcards)
     ]
 
 
@@ -109,7 +109,7 @@ def judged_tapes(path):
             f"drying.sources = {section(config['drying']['sources'])}: must be dem and at least one of "
             f"{', '.join(LABELS)} with a slurry of role test for this target"
         )
-    return tapes(path, sources=JUDGED, stage="tape")
+    return expand(path, source=JUDGED, slurry=with_role("test"), stage="tape")
 
 
 def microstructure_mb(wildcards, attempt):
