@@ -107,6 +107,8 @@ OUT_OF_RANGE = {
     "drying.force_field.friction": ("a number at least 0 and at most 100", [-0.5]),
     "drying.force_field.attraction_factor": ("a number at least 0 and at most 1000", [-1]),
     "drying.force_field.stiffness_factor": ("a number at least 0.01 and at most 1000", [0]),
+    "microstructure.tortuosity_stages": ("a list of at least one of slurry, tape, each once", [[], "tape"]),
+    "microstructure.tortuosity_stages[0]": ("one of slurry, tape", ["tapes"]),
     "microstructure.tortuosity_axes": ("a list of at least one of x, y, z, each once", [[], ["z", "z"], "z"]),
     "microstructure.tortuosity_axes[0]": ("one of x, y, z", ["Z"]),
     "microstructure.tortuosity_of": ("a list of at least one of void, nonceramic, each once", [[], "void"]),
