@@ -121,7 +121,7 @@ def test_report_says_whether_the_tapes_are_those_of_the_dem(judged, tabulated):
     assert void[1:5] == pytest.approx([6.0, 6.0 + 2.6 / 3, 0.25 / 3, 2.6 / 3])
     assert void[-1] == verdicts.set_index("measure").verdict["share_void_union"] == "differs"
     text = section("report", "tape", **shared, **found)
-    assert "far are tapes like those of the DEM in 1 of 2 properties, and differ in void; the rest" in text
+    assert "like those of the DEM in 1 of 2 properties with far (different in void); the rest" in text
     assert "tapes of 3 DEM runs of one small slurry" in text
     assert "with 0.015 it has 3.30 g/cm³ and 34.0%." in text
     two = tape_statistics.tapes(SimpleNamespace(**tables, test=["1", "2"]))
@@ -142,7 +142,7 @@ def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
     (void,) = (row for row in found["rows"] if row[0] == "void")
     assert void[1:4] == pytest.approx([6.0, 0.25 / 3, (10 + 10 + 11) / 3])
     page = section("evaluation", "tape", figures={}, test=["1", "2", "3"], **found)
-    assert "far are tapes like those of the DEM in 1 of 2 properties, and differ in void" in page
+    assert "like those of the DEM in 1 of 2 properties with far (different in void)" in page
     assert tape_statistics.tape_verdicts(SimpleNamespace(tape_verdicts=None)) is None
 
 
