@@ -54,8 +54,6 @@ if not TRAINING_NEEDED:
     SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # not needed
 
 REPLICAS = {run.id: run for run in derived_runs.replicas(config, SLURRIES.values())}
-EVALUATED_REPLICAS = [run.id for run in derived_runs.evaluated_replicas(config, SLURRIES.values())]
-DRIED_REPLICAS = [run.id for run in derived_runs.dried_replicas(config, SLURRIES.values())]  # in the main job
 TIMESTEP_RUNS = {run.id: run for run in derived_runs.timestep_runs(config, SLURRIES.values())}
 RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
 

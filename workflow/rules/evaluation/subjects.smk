@@ -3,7 +3,7 @@
 REQUIRED INPUTS:
     config[evaluation], config[relaxation], the slurry table
 
-OUTPUTS: functions
+OUTPUTS: functions and a list
 """
 
 
@@ -15,6 +15,9 @@ def skilled():
             f"not; {RESULTS}/tables/verdicts.csv does without"
         )
     return ALL_TRACKED
+
+
+EVALUATED_REPLICAS = [run.id for run in derived_runs.evaluated_replicas(config, SLURRIES.values())]
 
 
 def replicated():

@@ -55,6 +55,7 @@ DRIED, JUDGED = (
     [source for source in config["drying"]["sources"] if source in ["dem", *labels]] for labels in (SURROGATES, LABELS)
 )
 HAS_TAPES = any(map(dried_slurries, DRIED))
+DRIED_REPLICAS = [run.id for run in derived_runs.dried_replicas(config, SLURRIES.values())]  # in the main job
 GREEN = config["drying"]["green_density_g_cm3"]  # measured, None if not
 # Whether tapes of surrogates are judged beside those of the DEM.
 JUDGES_TAPES = bool("dem" in JUDGED and JUDGED[1:] and with_role("test"))
