@@ -92,7 +92,7 @@ rule measure_packing:
         packing=f"{RESULTS}/dataset/packing_fraction{{recipe}}.json",
         cost=f"{RESULTS}/costs/measure_packing{{recipe}}.json",
     log:
-        f"{RESULTS}/logs/measure_packing{{recipe}}.log",
+        f"{RESULTS}/logs/measure_packing/packing_fraction{{recipe}}.log",
     localrule: True
     conda:
         "../../envs/analysis.yaml"
