@@ -87,17 +87,17 @@ def measured_rates() -> dict[str, float]:
     }
 
 
-def full_scale_estimates() -> pd.DataFrame:
-    """Jobs of the full scale: job, particles, steps (or epochs) and cpu_h, the CPU hours at the measured rates."""
+def published_estimates(name: str) -> pd.DataFrame:
+    """Jobs of a configuration: job, particles, steps (or epochs) and cpu_h, the CPU hours at the measured rates."""
     measured = measured_rates()
-    config, full = map(load, ("config", "full"))
-    types = particle_types(config["formulation"]["phases"])
-    runs = pd.read_csv(ROOT / config["slurries"], sep="\t", dtype={"id": str}).set_index("id")
-    unit_mass_pg = full["formulation"]["unit_mass_pg"]
+    default, own = map(load, ("config", name))
+    types = particle_types(default["formulation"]["phases"])
+    runs = pd.read_csv(ROOT / own["slurries"], sep="\t", dtype={"id": str}).set_index("id")
+    unit_mass_pg = own["formulation"]["unit_mass_pg"]
     particles = runs.mass_units.map(lambda units: int(particle_counts(types, units * unit_mass_pg).sum()))
     whole = particles[runs.role != "new"]
-    dem_steps, relaxation_steps = full["dem"]["steps"], full["relaxation"]["steps"]
-    epochs = full["surrogate"]["vgg16"]["epochs"]
+    dem_steps, relaxation_steps = ((default[key] | own.get(key, {}))["steps"] for key in ("dem", "relaxation"))
+    epochs = own["surrogate"]["vgg16"]["epochs"]
     rows = [
         ("`run_slurry`, slurry 2", particles["2"], dem_steps, 1 / measured["dem"]),
         ("`run_slurry`, slurry 6", particles["6"], dem_steps, 1 / measured["dem"]),

@@ -4,7 +4,7 @@ import json
 
 import pandas as pd
 
-from reference_results import MISSING, REFERENCE, full_scale_estimates, measured_rates
+from reference_results import MISSING, REFERENCE, measured_rates, published_estimates
 
 
 def rates() -> pd.DataFrame:
@@ -22,12 +22,16 @@ def rates() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["quantity", "measured"])
 
 
-def full_scale() -> pd.DataFrame:
-    """Estimated CPU hours of the full scale."""
-    estimates = full_scale_estimates()[["job", "particles", "steps", "cpu_h"]]
-    forms = {"particles": "{:,}", "steps": "{:,}", "cpu_h": "{:.1f}"}
-    estimates = estimates.assign(**{column: estimates[column].map(form.format) for column, form in forms.items()})
-    return estimates.rename(columns={"steps": "steps or epochs", "cpu_h": "CPU hours, estimated"})
+def published_scale() -> pd.DataFrame:
+    """Estimated CPU hours of the two configurations of the published size."""
+    names = ("published", "published_dt1e-4")
+    table = published_estimates(names[0])[["job", "particles"]]
+    table["particles"] = table.particles.map("{:,}".format)
+    for name in names:
+        estimates = published_estimates(name)
+        table[f"`{name}`: steps or epochs"] = estimates.steps.map("{:,}".format)
+        table[f"`{name}`: CPU hours"] = estimates.cpu_h.map(lambda hours: f"{hours:.{1 if hours >= 1 else 2}f}")
+    return table
 
 
 def mpi_ranks() -> pd.DataFrame:

@@ -10,7 +10,18 @@ from slurrycast.config.slurry_table import Slurry, read_slurry_table
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
-SCALES = ["tiny", "recipe", "reduced", "small", "start", "full", "size", "size_berendsen", "tape"]
+SCALES = [
+    "tiny",
+    "recipe",
+    "reduced",
+    "small",
+    "start",
+    "published",
+    "published_dt1e-4",
+    "size",
+    "size_berendsen",
+    "tape",
+]
 
 
 def load(name: str) -> dict:

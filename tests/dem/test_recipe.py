@@ -87,21 +87,22 @@ def test_number_fractions_are_met_within_one_particle(total, shares):
 
 
 @pytest.mark.parametrize("mass_units", [1, 2, 2.6, 3, 4, 5])
-def test_mass_fractions_within_half_a_percent_at_full_scale(types, phases, mass_units):
-    reached = recipe.mass_fractions(types, recipe.particle_counts(types, mass_units * unit_mass_pg("full")))
+def test_mass_fractions_within_half_a_percent_at_the_published_scale(types, phases, mass_units):
+    reached = recipe.mass_fractions(types, recipe.particle_counts(types, mass_units * unit_mass_pg("published")))
     for name, settings in phases.items():
         assert reached[name] == pytest.approx(settings["mass_fraction"], rel=0.005)
     assert sum(reached.values()) == pytest.approx(1)
 
 
-def test_full_scale_has_the_published_number_of_training_particles(types):
-    masses = [s.mass_units for s in read_slurries(ROOT / "config" / "slurries.tsv") if s.role == "train"]
-    total = sum(recipe.particle_counts(types, mass * unit_mass_pg("full")).sum() for mass in masses)
+def test_the_published_scale_has_the_published_number_of_training_particles(types):
+    masses = [s.mass_units for s in read_slurries(ROOT / "config" / "slurries_published.tsv") if s.role == "train"]
+    total = sum(recipe.particle_counts(types, mass * unit_mass_pg("published")).sum() for mass in masses)
     assert total == pytest.approx(131_936, rel=0.01)  # Le-Dinh et al. 2026
 
 
 @pytest.mark.parametrize(
-    ("scale", "low", "high"), [("tiny", 100, 150), ("config", 590, 610), ("reduced", 1765, 1785), ("full", 7000, 7200)]
+    ("scale", "low", "high"),
+    [("tiny", 100, 150), ("config", 590, 610), ("reduced", 1765, 1785), ("published", 7000, 7200)],
 )
 def test_particles_of_a_unit(types, scale, low, high):
     assert low <= recipe.particle_counts(types, unit_mass_pg(scale)).sum() <= high

@@ -1,4 +1,4 @@
-"""The network in scaled coordinates: its maps to and from the target, and what the full size changes of it."""
+"""The network in scaled coordinates: its maps to and from the target, and what the published size changes of it."""
 
 import json
 import zipfile

@@ -1,13 +1,16 @@
-"""What jobs of the full scale ask for, and the number of MPI ranks, against measurements of the reference runs."""
+"""The published size: what jobs ask for, against measurements of the reference runs, and how far the RDF reaches."""
 
 import re
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from checkouts import copy_checkout, snakemake
 from configurations import ROOT, read_slurries, shipped
-from reference_results import REFERENCE, full_scale_estimates, measured_rates, read_result
+from reference_results import REFERENCE, measured_rates, published_estimates, read_result
+from slurrycast.analysis.rdf import bin_edges_um
+from slurrycast.config.dem_checks import shortest_edges
 
 WILDCARDS = {
     "`run_slurry`, slurry 2": "slurry=2",
@@ -17,11 +20,21 @@ WILDCARDS = {
 }
 
 
-def test_jobs_ask_for_enough_time_and_memory(tmp_path):
+@pytest.mark.parametrize("scale", ["published", "published_dt1e-4"])
+def test_the_rdf_of_each_slurry_reaches_as_far_as_in_the_article(scale):
+    config = shipped(scale)
+    analysis = config["analysis"]
+    for edge_um, slurry in shortest_edges(config, read_slurries(ROOT / config["slurries"])):
+        reached_um = bin_edges_um(analysis["rdf_cutoff_um"], analysis["rdf_bins"], [np.array([edge_um])])
+        assert (len(reached_um) - 1, reached_um[-1]) == (120, pytest.approx(7.0)), slurry
+
+
+@pytest.mark.parametrize("scale", ["published", "published_dt1e-4"])
+def test_jobs_ask_for_enough_time_and_memory(tmp_path, scale):
     """On cores less than half as fast, where a job has one; a training has several."""
-    plan = snakemake(copy_checkout(tmp_path / "full"), "--dry-run", "--configfile", "config/full.yaml")
+    plan = snakemake(copy_checkout(tmp_path / "published"), "--dry-run", "--configfile", f"config/{scale}.yaml")
     blocks = re.split(r"\n(?=rule |localrule )", plan)
-    cpu_h = full_scale_estimates().set_index("job").cpu_h
+    cpu_h = published_estimates(scale).set_index("job").cpu_h
     for job, wildcards in WILDCARDS.items():
         rule = job.split("`")[1]
         (block,) = (
