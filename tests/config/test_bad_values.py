@@ -84,6 +84,8 @@ OUT_OF_RANGE = {
     "surrogate.model": ("null or the path of an existing file that ends in .keras, without braces", [1, "model.h5"]),
     "surrogate.packing_fraction": ("null or a number above 0 and below 1", [1.2]),
     "surrogate.vgg16.epochs": (MILLION, [0]),
+    "surrogate.vgg16.patience": ("null or a whole number from 1 to 1000000", [0, 2.5]),
+    "surrogate.vgg16_box.min_improvement": ("a number at least 0 and below 1", [-0.1, 1, 2.0]),
     "surrogate.vgg16.batch_size": (MILLION, [-4]),
     "surrogate.driven_dem.steps": (STEPS, [0]),
     "surrogate.early_dem.flat_within": ("a number above 0 and below 1", [0]),
@@ -141,7 +143,11 @@ HINTS = [
 # key, its value, the end of its line
 UNKNOWN = [
     ("dem.presure_kpa", 1.0, f"one of {DEM} (do you mean pressure_kpa?)"),
-    ("surrogate.vgg16.epoch", 30, "one of epochs, batch_size, learning_rate, threads (do you mean epochs?)"),
+    (
+        "surrogate.vgg16.epoch",
+        30,
+        "one of epochs, patience, min_improvement, batch_size, learning_rate, threads (do you mean epochs?)",
+    ),
     ("plot", {}, f"one of {', '.join(CONFIG)} (do you mean report?)"),
     ("formulation.phases.Ni-O", {}, PHASE),
     ("force_field.pairs.NiO", {"friction": 0.1}, PAIRS),
@@ -152,7 +158,7 @@ MISSING = {
     "report": "a section with pictures",
     "dem.steps": STEPS,
     "formulation.phases.8YSZ.density_g_cm3": "a number at least 0.01 and at most 30",
-    "surrogate.vgg16": "a section with epochs, batch_size, learning_rate, threads",
+    "surrogate.vgg16": "a section with epochs, patience, min_improvement, batch_size, learning_rate, threads",
     f"{NIO}.size_classes[0].number_fraction": "a number above 0 and at most 1",
 }
 # what does not fit together: key, its value, the line without the key, which may be that of another one

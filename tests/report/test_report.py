@@ -474,6 +474,17 @@ def test_learning_curves_say_whose_weights_are_used(results):
     assert "no validation slurry. Training MSE goes from 3 to 0.4" in text
 
 
+def test_a_training_that_ended_early_is_said_with_its_epochs(results):
+    settings = {"epochs": 1000, "patience": 2, "min_improvement": 0.02, "batch_size": 10, "learning_rate": 1e-4}
+    config = results.config | {"surrogate": results.config["surrogate"] | {"net": settings}}
+    page = page_of(replace(results, config=config))
+    assert (
+        "before the 1,000 epochs that were allowed: its lowest validation MSE had fallen by no more than 2.0%"
+        in page.text
+    )
+    assert ["Epochs, net", "3", "1,000"] in page.rows
+
+
 @pytest.mark.parametrize("epochs", [0, 3])
 def test_a_model_trained_elsewhere_is_said(results, epochs):
     history = {"net": results.histories["net"].iloc[:epochs]}

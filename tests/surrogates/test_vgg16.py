@@ -14,6 +14,7 @@ from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.surrogates import vgg16
+from slurrycast.surrogates.checkpoint import has_settled
 from slurrycast.surrogates.prediction import PredictionInput
 from structures import training_set
 
@@ -204,6 +205,31 @@ def test_a_killed_training_ends_like_an_undisturbed_one(small, tmp_path, monkeyp
     assert resumed[2]["wall_s"] > 0 and resumed[2]["cpu_s"] > 0
     # the best epoch, the second, came before the kill
     np.testing.assert_array_equal(resumed[1], fit(tmp_path / "two", epochs=2)[1])
+
+
+@pytest.mark.parametrize(
+    ("patience", "min_improvement", "epochs"), [(2, 0.5, 3), (2, 0.49, 4), (3, 0.49, 5), (1, 0.0, 3), (None, 0.9, 5)]
+)
+def test_a_training_ends_when_its_lowest_validation_loss_has_settled(
+    small, tmp_path, monkeypatch, patience, min_improvement, epochs
+):
+    """Also one that was killed between its last epoch and the writing of the model."""
+    losses = iter([4.0, 2.0, 3.0, 2.0, 1.01])
+
+    def scripted_errors(*_):
+        return np.array([next(losses)] * 2)
+
+    def dies(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(vgg16.Trainer, "errors", scripted_errors)
+    settings = {"patience": patience, "min_improvement": min_improvement}
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(vgg16, "write_history", dies)
+        fit(tmp_path, **settings)
+    history, *_ = fit(tmp_path, **settings)
+    assert len(history.splitlines()) - 1 == epochs
+    assert has_settled([4.0, 2.0, 3.0, 2.0, 1.01][:epochs], settings) == (epochs < 5)
 
 
 def test_a_foreign_or_damaged_checkpoint_is_ignored(small, tmp_path, monkeypatch, capsys):

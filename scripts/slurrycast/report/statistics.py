@@ -174,9 +174,15 @@ def settings(results: Results) -> dict:
         "article_full_dem_s": 60 * article.FULL_DEM_MIN,
         "wall_s": jobs.wall_s,
         "samples": sum(results.particles[slurry] for slurry in results.slurries("train")),
-        "training": {label: results.config["surrogate"].get(family(label), {}) for label in results.networks},
+        "training": {label: training_settings(results, label) for label in results.networks},
         "phases": phases,
     }
+
+
+def training_settings(results: Results, surrogate: str) -> dict:
+    """Settings of a network, with the epochs that were run."""
+    settings, history = results.config["surrogate"].get(family(surrogate), {}), results.histories[surrogate]
+    return settings | ({} if history.empty else {"epochs": len(history)})
 
 
 def dem_runs(results: Results) -> dict:
@@ -228,8 +234,10 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
     best = None if history.val_loss.isna().all() else history.loc[history.val_loss.idxmin()]
     last = history.iloc[-1]
     used = None if results.config["surrogate"]["model"] else results.weights_of[surrogate]
+    settings = results.config["surrogate"].get(family(surrogate), {})
     return {
         "epochs": len(history),
+        "settled": settings if used and len(history) < settings.get("epochs", 0) else None,
         "first": history.iloc[0],
         "last": last,
         "best": best,

@@ -46,14 +46,14 @@ def run_epochs(
     validated: bool = True,
     keep_best: bool = False,
 ) -> Progress:
-    """Run all epochs, or those after a checkpoint, and write a checkpoint after each.
+    """Run the epochs, or those after a checkpoint, and write a checkpoint after each.
 
     Parameters
     ----------
     name
         Name of the surrogate for messages, with the number of the member if there are several.
     settings
-        epochs, learning_rate.
+        epochs, learning_rate; patience and min_improvement, if the training may end earlier (`has_settled`).
     checkpoint, identity
         File, and the `fingerprint` that it must have.
     variables
@@ -78,6 +78,9 @@ def run_epochs(
         assign(variables, state)
     epochs, first, start = settings["epochs"], len(progress.history), time.monotonic()
     for epoch in range(first + 1, epochs + 1):
+        if has_settled([losses[2] for losses in progress.history], settings):
+            print(f"[{name}] stopped after epoch {epoch - 1}: val_loss has settled", flush=True)
+            break
         row = train_epoch(epoch)
         if not np.isfinite(row[: 4 if validated else 2]).all():
             raise RunError(
@@ -93,6 +96,14 @@ def run_epochs(
         state = {key: [variable.numpy() for variable in group] for key, group in variables.items()}
         write_checkpoint(checkpoint, identity, state, progress)
     return progress
+
+
+def has_settled(val_losses: Sequence[float], settings: Mapping) -> bool:
+    """Whether the lowest loss fell by no more than the share `min_improvement` in the last `patience` epochs."""
+    patience = settings.get("patience")
+    if patience is None or len(val_losses) <= patience:
+        return False
+    return min(val_losses) >= (1 - settings["min_improvement"]) * min(val_losses[:-patience])
 
 
 def assign(variables: Mapping[str, Sequence["tf.Variable"]], state: Mapping[str, Sequence[np.ndarray]]) -> None:
