@@ -56,8 +56,13 @@ def words(label: str) -> dict[str, str]:
         }
     if parsed.name != "vgg16":
         raise InputError(f"--surrogates: {label} is not part of the ablation, allowed: vgg16 and vgg16_box")
-    coordinates = parsed.settings.get("coordinates") or "xu"
-    return {"target": "absolute", "coordinates": coordinates, "box": "no", "standardised": "no"}
+    change = parsed.settings.get("change")
+    return {
+        "target": "absolute",
+        "coordinates": "relative" if change == "relative" else "xu",
+        "box": "no",
+        "standardised": "yes" if change == "standardised" else "no",
+    }
 
 
 def training(path: Path) -> dict[str, float]:

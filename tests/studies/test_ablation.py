@@ -73,15 +73,15 @@ def test_rows_say_what_each_network_is_and_how_good(run, tmp_path):
     np.testing.assert_allclose(table.test_skill, 1 - 0.2 * (rows + 3))  # of slurry 6 alone: 1 has no floor
 
 
-def test_relative_coordinates_and_a_model_without_curves(run, tmp_path):
-    labels = ["vgg16", "vgg16_relative"]
+def test_variants_of_the_published_network_without_curves(run, tmp_path):
+    labels = ["vgg16", "vgg16_relative", "vgg16_standardised"]
     skill = pd.read_csv(tmp_path / "skill.csv", dtype=str)
-    as_relative = skill[skill.surrogate == "vgg16"].assign(surrogate="vgg16_relative")
-    pd.concat([skill, as_relative]).to_csv(tmp_path / "skill.csv", index=False)
+    variants = [skill[skill.surrogate == "vgg16"].assign(surrogate=label) for label in labels[1:]]
+    pd.concat([skill, *variants]).to_csv(tmp_path / "skill.csv", index=False)
     assert run(labels=labels, epochs=0).returncode == 0
     table = read_table(tmp_path / "ablation.csv").set_index("surrogate").loc[labels]
-    assert table.coordinates.tolist() == ["xu", "relative"]
-    assert table.standardised.tolist() == ["no", "no"]
+    assert table.coordinates.tolist() == ["xu", "relative", "xu"]
+    assert table.standardised.tolist() == ["no", "no", "yes"]
     assert table[["epochs", "best_epoch", "best_val_loss_um2"]].isna().all(axis=None)
 
 

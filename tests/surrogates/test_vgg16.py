@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from damage import flip, truncate
+from slurrycast import surrogates
 from slurrycast.data.dataset import split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
@@ -310,7 +311,7 @@ def test_prediction_does_not_depend_on_the_batches(untrained, monkeypatch):
     np.testing.assert_allclose(vgg16.apply_model(untrained, features), whole, atol=1e-6)
 
 
-@pytest.mark.parametrize(("settings", "scales"), [({"coordinates": "relative"}, True), ({}, False)])
+@pytest.mark.parametrize(("settings", "scales"), [({"change": "relative"}, True), ({}, False)])
 def test_relative_coordinates_know_nothing_of_the_size_of_the_box(untrained, asked, settings, scales):
     """A slurry that is three times as wide is predicted three times as wide; with coordinates in um it is not."""
     wider = tuple(replace(f, position_um=3 * f.position_um, edges_um=3 * f.edges_um) for f in asked.frames)
@@ -324,7 +325,7 @@ def test_relative_coordinates_know_nothing_of_the_size_of_the_box(untrained, ask
 def test_relative_training_is_in_um_too(small, tmp_path):
     """Where all boxes are RELATIVE_EDGE_UM wide at the last input frame, it is the same training."""
     data = replace(shrinking_slurry(), input_edges_um=np.full((1, 4, 3), vgg16.RELATIVE_EDGE_UM))
-    assert fit(tmp_path / "um", data)[0] == fit(tmp_path / "relative", data, coordinates="relative")[0]
+    assert fit(tmp_path / "um", data)[0] == fit(tmp_path / "relative", data, change="relative")[0]
 
 
 @pytest.fixture
@@ -359,6 +360,20 @@ def test_the_written_model_standardises_by_itself(small, unlike, tmp_path):
     )
     assert val_loss == pytest.approx(np.mean(error_um**2), rel=1e-3)
     assert val_mae == pytest.approx(np.mean(abs(error_um)), rel=1e-3)
+
+
+def test_the_standardised_variant_sees_numbers_of_one_size(small, tmp_path):
+    """Whatever the size of the box: its losses are those of the same slurry in other units, of vgg16 they are not."""
+    data = shrinking_slurry()
+    standardised = surrogates.parse("vgg16_standardised").settings
+    for settings, alike in ((standardised, True), ({}, False)):
+        losses = []
+        for factor in (1, 4):
+            larger = replace(data, features=data.features * [1, 1, *[factor] * 3, 1], targets=factor * data.targets)
+            folder = tmp_path / f"{alike}_{factor}"
+            fit(folder, larger, **settings)
+            losses.append(np.loadtxt(folder / "history.csv", delimiter=",", skiprows=1)[:, 1] / factor**2)
+        assert np.allclose(*losses, rtol=1e-3) == alike
 
 
 def test_the_unit_weighs_the_error(small):

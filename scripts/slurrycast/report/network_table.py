@@ -48,6 +48,8 @@ def describe_layer(kind: str, settings: dict, shape: tuple[int, ...] | None) -> 
         filters, width = settings["filters"], settings["kernel_size"][0]
         name = f"Conv1D {filters}, kernel {width}, {settings['activation']}"
         return Layer(name, (shape[0], filters), (width * shape[1] + bias) * filters)
+    if kind in ("Normalization", "Rescaling"):
+        return Layer(kind, shape, 0)  # numbers in the configuration, none in the weights file
     if kind == "MaxPooling1D" and settings["padding"] == "same":
         stride = settings["strides"][0]
         return Layer(f"MaxPooling1D {settings['pool_size'][0]}", (-(-shape[0] // stride), shape[1]), 0)

@@ -275,9 +275,13 @@ def apply_model(model_path: str | Path, features: np.ndarray) -> np.ndarray:
 
 
 class Vgg16(Surrogate):
-    """The published network, on coordinates in um or, as `vgg16_relative`, in shares of the last input box.
+    """The published network, on coordinates in um, and two variants.
 
-    The variant tells whether it matters that coordinates of a large box lie outside what the network was trained on.
+    `vgg16_relative` sees and gives coordinates in shares of the last input box: it tells whether it matters that those
+    of a large box lie outside what the network was trained on. `vgg16_standardised` sees features less their mean and
+    over their deviation in the training samples; the article does not say whether it does. Its targets are divided by
+    their root mean square, one number for all axes: nothing is subtracted, since coordinates are about the box centre.
+    Without this the last layer alone would have to make lengths of 10 um out of numbers about 1.
     """
 
     name = "vgg16"
@@ -286,7 +290,7 @@ class Vgg16(Surrogate):
     model_file = "model.keras"
     weights_epoch = "lowest"
     learns_from = "samples"
-    variant = re.compile("(?P<coordinates>relative)?")
+    variant = re.compile("(?P<change>relative|standardised)?")
 
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shape of what the network takes of a particle: frames, features."""
@@ -296,7 +300,7 @@ class Vgg16(Surrogate):
         """Train on unwrapped coordinates; see `train`."""
         unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
         samples = Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
-        return train(self.name, samples, False, settings, folder)
+        return train(self.name, samples, settings.get("change") == "standardised", settings, folder)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um; see `apply_model`."""
@@ -307,5 +311,4 @@ class Vgg16(Surrogate):
 
 def _unit_um(edges_um: np.ndarray, settings: Mapping) -> np.ndarray:
     """Length in um of a coordinate of 1, for edges (n, 3) of the box at the last input frame."""
-    relative = settings.get("coordinates") == "relative"
-    return edges_um / RELATIVE_EDGE_UM if relative else np.ones_like(edges_um)
+    return edges_um / RELATIVE_EDGE_UM if settings.get("change") == "relative" else np.ones_like(edges_um)
