@@ -16,6 +16,7 @@ SCALES = [
     "reduced",
     "small",
     "start",
+    "epochs",
     "published",
     "published_dt1e-4",
     "size",

@@ -1,6 +1,6 @@
-"""Assemble the data set: the input frames and the target frame of every particle of the training slurries.
+"""Assemble a data set: the input frames and the target frame of every particle of the training slurries, or of others.
 
-In: frame stores of the training slurries (HDF5).
+In: frame stores of the slurries (HDF5).
 Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids, the random split into training and
 validation, and the box edges (um) of each slurry at these frames, as HDF5.
 """
@@ -16,7 +16,7 @@ from slurrycast.runtime.costs import measured_cost
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
-    parser.add_input("--frames", "frame stores of the training slurries", nargs="+")
+    parser.add_input("--frames", "frame stores of the slurries", nargs="+")
     parser.add_value("--input-frames", "frame numbers of the input", nargs="+", type=int)
     parser.add_value("--target-frame", "frame number of the target", type=int)
     parser.add_value("--phases", "names of the phases, in the order of their numbers", nargs="+")

@@ -21,7 +21,7 @@ from slurrycast import surrogates
 from slurrycast.data.dataset import TrainingSet, read_training_set
 from slurrycast.data.trajectories import Trajectory, read_trajectories
 from slurrycast.runtime import dependencies
-from slurrycast.runtime.command_line import Namespace, Parser, input_file, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, input_file, named_file, run_main
 from slurrycast.runtime.costs import measured_cost, spent_so_far
 from slurrycast.runtime.files import checksum, moved_into_place
 from slurrycast.runtime.work_folder import work_folder
@@ -39,6 +39,13 @@ def add_options(parser: Parser) -> None:
     parser.add_output("--cost", "cost record (JSON)")
     samples = parser.add_argument_group("of a surrogate that learns from samples")
     samples.add_argument("--dataset", type=input_file, help="in: training set (HDF5)")
+    samples.add_argument(
+        "--held-out",
+        nargs="*",
+        default=[],
+        type=named_file,
+        help="in: data sets of held-out slurries, name=path (HDF5)",
+    )
     frames = parser.add_argument_group("of one that learns from frames")
     frames.add_argument("--frames", nargs="+", type=input_file, help="in: frame stores of the training slurries (HDF5)")
     frames.add_argument(
@@ -66,7 +73,11 @@ def read_data(
 
 def learned_from(args: Namespace) -> list[Path]:
     """Files that the result depends on."""
-    return [args.dataset] if args.dataset else [*args.frames, *args.validation_frames]
+    return (
+        [args.dataset, *(path for _, path in args.held_out)]
+        if args.dataset
+        else [*args.frames, *args.validation_frames]
+    )
 
 
 def code_versions(surrogate: str) -> list[str]:
@@ -96,7 +107,9 @@ def main(args: Namespace) -> None:
             print(f"[{args.surrogate}] trained by an earlier attempt")
             earlier = work.cost("training")
         else:
-            earlier = surrogate.train(data, settings, work.path)
+            held_out = {name: read_training_set(path) for name, path in args.held_out}
+            more = {"held_out": held_out} if held_out else {}
+            earlier = surrogate.train(data, settings, work.path, **more)
             spent = {clock: earlier[clock] + seconds for clock, seconds in spent_so_far().items()}
             work.record("training", [model.name, history.name], spent)
             for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold

@@ -189,6 +189,26 @@ def test_learning_curves_without_validation_slurries(tmp_path, history):
     check_saved(figure, tmp_path / "curves.png")
 
 
+def test_learning_curves_with_held_out_slurries_beside_fits(tmp_path, history):
+    history = history.assign(test_slurries_loss=[4, np.nan, 2], test_slurries_mae=[3, np.nan, 1])
+    rows = [
+        (name, slurry, axis, 0.1 * k, 0.2 * k)
+        for name in ("affine", "linear", "vgg16")
+        for k, slurry in enumerate(("1", "2", "V1"), start=1)
+        for axis in ("x", "all")
+    ]
+    errors = pd.DataFrame(rows, columns=["surrogate", "slurry", "axis", "mse_um2", "mae_um"])
+    reached = plot_learning_curves.reached_by_fits(errors, ["1", "2"])
+    assert list(reached.index) == ["affine", "linear"]
+    np.testing.assert_allclose(reached, [[0.15, 0.3]] * 2)
+    figure = plot_learning_curves.draw_learning_curves(history, reached)
+    for axes, shown in zip(figure.axes, ([[1, 4], [3, 2]], [[1, 3], [3, 1]]), strict=True):
+        lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
+        assert lines["test slurries"] == shown
+        assert {"training", "validation", "affine, test slurries", "linear, test slurries"} <= lines.keys()
+    check_saved(figure, tmp_path / "curves.png")
+
+
 def test_learning_curves_of_a_model_trained_elsewhere(tmp_path):
     history = tmp_path / "history.csv"
     history.write_text("epoch,loss,mae,val_loss,val_mae\n")

@@ -6,13 +6,16 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from damage import flip, truncate
 from slurrycast import surrogates
+from slurrycast.analysis.errors import coordinate_errors
 from slurrycast.data.dataset import split
 from slurrycast.data.features import particle_history
 from slurrycast.data.frames import read_frames
+from slurrycast.data.tables import read_table
 from slurrycast.runtime.files import InputError, RunError
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.checkpoint import has_settled
@@ -155,9 +158,9 @@ def test_training_equals_keras_for_any_number_of_frames(small, n_frames):
     assert_same_training(vgg16.build(n_frames, 6), n_frames, steps=10, tolerance=1e-3)
 
 
-def fit(folder, data=None, **changes):
+def fit(folder, data=None, held_out=None, **changes):
     folder.mkdir(exist_ok=True)
-    spent = vgg16.Vgg16().train(data or shrinking_slurry(), SETTINGS | changes, folder)
+    spent = vgg16.Vgg16().train(data or shrinking_slurry(), SETTINGS | changes, folder, held_out)
     return (folder / "history.csv").read_text(), vgg16.apply_model(folder / "model.keras", samples(20)[0]), spent
 
 
@@ -231,6 +234,35 @@ def test_a_training_ends_when_its_lowest_validation_loss_has_settled(
     history, *_ = fit(tmp_path, **settings)
     assert len(history.splitlines()) - 1 == epochs
     assert has_settled([4.0, 2.0, 3.0, 2.0, 1.01][:epochs], settings) == (epochs < 5)
+
+
+def two_slurries():
+    features, targets = samples(30, seed=5)
+    edges_um = np.broadcast_to(20 * np.linspace(1, 0.95, 4)[:, None], (2, 4, 3))
+    return training_set(features, targets + np.array([0.3, 0, 0]), edges_um, 0.7 * edges_um[:, -1])
+
+
+def test_held_out_slurries_are_looked_at_and_change_nothing(small, tmp_path, monkeypatch):
+    """Their errors, at a few epochs, are those that tables have of the predictions; a killed training has the same."""
+    alone = fit(tmp_path / "alone")
+    test = two_slurries()
+    held_out = {"test": test}
+    looked = fit(tmp_path / "looked", held_out=held_out)
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        killed_in_epoch(patch, 4)
+        fit(tmp_path / "killed", held_out=held_out)
+    assert fit(tmp_path / "killed", held_out=held_out)[0] == looked[0]
+    np.testing.assert_array_equal(looked[1], alone[1])
+    history = read_table(tmp_path / "looked" / "history.csv")
+    pd.testing.assert_frame_equal(history.iloc[:, :5], read_table(tmp_path / "alone" / "history.csv"))
+    assert list(history.columns[5:]) == ["test_slurries_loss", "test_slurries_mae"]
+    assert history.epoch[history.test_slurries_loss.notna()].tolist() == [1, 2, 4]
+    fit(tmp_path / "first", held_out=held_out, epochs=1)
+    predicted_um = vgg16.apply_model(tmp_path / "first" / "model.keras", test.features)
+    slurries = [test.slurry_index == k for k in (0, 1)]
+    errors = [coordinate_errors(test.targets[of], predicted_um[of])["all"] for of in slurries]
+    assert history.test_slurries_loss[0] == pytest.approx(np.mean([e.mse_um2 for e in errors]), rel=1e-4)
+    assert history.test_slurries_mae[0] == pytest.approx(np.mean([e.mae_um for e in errors]), rel=1e-4)
 
 
 def test_a_foreign_or_damaged_checkpoint_is_ignored(small, tmp_path, monkeypatch, capsys):

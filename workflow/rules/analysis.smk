@@ -186,7 +186,7 @@ rule collect_costs:
             *expand(rules.generate_inputs.output.cost, slurry=[*SLURRIES, *DRIED_REPLICAS]),
             *expand(rules.run_slurry.output.cost, slurry=[*SIMULATED, *DRIED_REPLICAS]),
             *expand(rules.extract_frames.output.cost, slurry=[*SIMULATED, *DRIED_REPLICAS]),
-            *([rules.assemble_dataset.output.cost] if TRAINING else []),
+            *expand(rules.assemble_dataset.output.cost, set=["training"] if TRAINING else []),
             *(PACKING_COSTS if BOXED else []),
             *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
             *expand(f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json", surrogate=FITTED),

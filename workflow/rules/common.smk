@@ -95,6 +95,11 @@ SOURCE_OF_MODELS = "train_surrogate" if TRAINING_NEEDED else "adopt_model"
 TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
+ROLE_OF_SET = {"training": "train", "validation": "validation", "test": "test"}  # role of the slurries of a data set
+TRAINING_SET = f"{RESULTS}/dataset/training.h5"
+HELD_OUT_SETS = []  # whose errors join the learning curves of networks that learn from samples
+if config["learning"]["held_out_curves"]:
+    HELD_OUT_SETS = [name for name in ("validation", "test") if with_role(name)]
 PREDICTED = with_role("validation", "test", "new")
 # Slurries with a DEM: those of role `new` only if a surrogate of the main job takes frames from it.
 SIMULATED = [id for id, slurry in SLURRIES.items() if slurry.role != "new" or TRACKED]
@@ -257,10 +262,16 @@ def learns_from_frames(wildcards):
     return KINDS[wildcards.surrogate].learns_from == "frames"
 
 
+def shows_held_out(wildcards):
+    """Whether the learning curves of a network hold errors of held-out slurries."""
+    return bool(HELD_OUT_SETS) and TRAINING_NEEDED and not learns_from_frames(wildcards)
+
+
 def learned_from(wildcards):
     """Inputs of train_surrogate that hold the training data."""
     if not learns_from_frames(wildcards):
-        return {"dataset": rules.assemble_dataset.output.dataset}
+        held_out = expand(rules.assemble_dataset.output.dataset, set=HELD_OUT_SETS)
+        return {"dataset": TRAINING_SET, "held_out": held_out}
     frames = rules.extract_frames.output.frames
     validation = expand(frames, slurry=with_role("validation"))
     return {"frames": expand(frames, slurry=TRAINING), "validation_frames": validation}
@@ -269,7 +280,8 @@ def learned_from(wildcards):
 def learning_options(wildcards, input):
     """Options of train_surrogate for the training data."""
     if not learns_from_frames(wildcards):
-        return ["--dataset", input.dataset]
+        held_out = [f"{name}={path}" for name, path in zip(HELD_OUT_SETS, input.held_out)]
+        return ["--dataset", input.dataset, *(["--held-out", *held_out] if held_out else [])]
     options = ["--frames", *input.frames, "--validation-frames", *input.validation_frames]
     options += ["--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
     return [*options, "--phases", *PHASES]
@@ -394,6 +406,7 @@ wildcard_constraints:
     surrogate="|".join(LABELS),
     source="|".join(["dem", *LABELS]),
     stage="slurry|tape",
+    set="|".join(ROLE_OF_SET),
     verdicts="verdicts|tape_verdicts",
     # no id has a hyphen; in brackets, since Snakemake ignores an empty pattern
     steps=f"(?:{'|'.join(['', *(f'-{steps}' for steps in RELAXATION_STEPS)])})",

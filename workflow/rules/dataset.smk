@@ -7,6 +7,7 @@ REQUIRED INPUTS:
 OUTPUTS:
     frames/{slurry}.h5
     dataset/training.h5, packing_fraction.json, packing_fraction_<recipe>.json
+    dataset/validation.h5, test.h5: of held-out slurries, for learning curves
 """
 
 
@@ -38,15 +39,17 @@ rule extract_frames:
 
 
 rule assemble_dataset:
-    """Collect the training set from the frames of the training slurries."""
+    """Collect the training set from the frames of the training slurries, or the like of it from held-out ones."""
     input:
         **code("dataset/assemble_dataset"),
-        frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+        frames=lambda wildcards: expand(
+            rules.extract_frames.output.frames, slurry=with_role(ROLE_OF_SET[wildcards.set])
+        ),
     output:
-        dataset=f"{RESULTS}/dataset/training.h5",
-        cost=f"{RESULTS}/costs/assemble_dataset.json",
+        dataset=f"{RESULTS}/dataset/{{set}}.h5",
+        cost=f"{RESULTS}/costs/assemble_dataset/{{set}}.json",
     log:
-        f"{RESULTS}/logs/assemble_dataset.log",
+        f"{RESULTS}/logs/assemble_dataset/{{set}}.log",
     priority: 3000  # as train_surrogate, which waits for it
     localrule: True
     conda:

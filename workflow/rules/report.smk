@@ -108,6 +108,7 @@ rule plot_learning_curves:
     input:
         **code("report/plot_learning_curves"),
         history=f"{RESULTS}/models/{{surrogate}}/history.csv",
+        errors=lambda wildcards: rules.compare_coordinates.output.table if shows_held_out(wildcards) else [],
     output:
         figure=reported(
             "figures/learning_curves_{surrogate}.png",
@@ -122,10 +123,14 @@ rule plot_learning_curves:
     conda:
         "../../envs/analysis.yaml"
     params:
+        held_out=lambda wildcards, input: (
+            ["--coordinate-errors", input.errors, "--test", *with_role("test")] if input.errors else []
+        ),
         learns_from=lambda wildcards: KINDS[wildcards.surrogate].learns_from,  # for the caption, as the next one
         weights_of=lambda wildcards: KINDS[wildcards.surrogate].weights_epoch,
     shell:
-        "python {input.script:q} --history {input.history:q} --figure {output.figure:q} 2>&1 | tee {log:q}"
+        "python {input.script:q} --history {input.history:q} {params.held_out:q} --figure {output.figure:q}"
+        " 2>&1 | tee {log:q}"
 
 
 rule plot_coordinates:

@@ -20,7 +20,7 @@ if HAS_ABLATION:
         input:
             **code("studies/tabulate_ablation"),
             histories=expand(f"{RESULTS}/models/{{surrogate}}/history.csv", surrogate=ABLATION),
-            dataset=rules.assemble_dataset.output.dataset,
+            dataset=TRAINING_SET,
             skill=rules.compute_skill.output.table,
         output:
             table=reported("tables/ablation.csv", "ablation", "Evaluation", table="ablation"),

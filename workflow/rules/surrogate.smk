@@ -46,7 +46,7 @@ if TRAINING_NEEDED:
         """Fit a surrogate that is not a neural network."""
         input:
             **code("surrogate/fit_surrogate", loads_surrogate=True),
-            dataset=rules.assemble_dataset.output.dataset,
+            dataset=TRAINING_SET,
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.json",
             cost=f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",

@@ -29,6 +29,7 @@ FURTHER_PHASE_COLOURS = ("#9b6a9e", "#c0694e", "#7a8794", "#8a8f3c")
 # what a structure or curve stands for, in every figure
 DEM, PREDICTED, RELAXED = "#22303c", "#e08a3c", "#18858f"
 TRAINING, VALIDATION = DEM, PREDICTED
+HELD_OUT = {"validation": "#b8952e", "test": "#5f5aa8"}  # whole slurries, by role
 ARTICLE = "#a3234e"
 SURROGATE_COLOURS = {
     "direct": "#d62020",

@@ -238,6 +238,7 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
     return {
         "epochs": len(history),
         "settled": settings if used and len(history) < settings.get("epochs", 0) else None,
+        "held_out": "test_slurries_loss" in history,
         "first": history.iloc[0],
         "last": last,
         "best": best,

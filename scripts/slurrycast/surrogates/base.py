@@ -138,7 +138,7 @@ class Surrogate:
         """Fit to a `dataset.TrainingSet`, write the model (JSON) and return its content."""
         raise NotImplementedError
 
-    def train(self, data: Any, settings: Mapping, folder: Path) -> dict[str, float]:
+    def train(self, data: Any, settings: Mapping, folder: Path, held_out: Mapping | None = None) -> dict[str, float]:
         """Train on `data`, and write the model and its learning curves.
 
         Parameters
@@ -151,6 +151,9 @@ class Surrogate:
         folder
             Gets model.keras, and history.csv with the columns epoch, loss, mae, val_loss and val_mae. It keeps
             checkpoint*.h5, from which a training that was killed continues.
+        held_out
+            With `learns_from` "samples", data sets of other slurries by name (validation, test). Their errors join the
+            history as the columns <name>_slurries_loss and _mae, and nothing else may depend on them.
 
         Returns
         -------

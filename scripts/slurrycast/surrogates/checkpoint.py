@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class Progress:
     """Where a training stands, beside weights and optimizer."""
 
-    history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae of each epoch
+    history: list[np.ndarray] = field(default_factory=list)  # loss, mae, val_loss, val_mae and more of each epoch
     best: list[np.ndarray] = field(default_factory=list)  # weights of the epoch with the lowest val_loss
     earlier: dict[str, float] = field(default_factory=lambda: {"wall_s": 0.0, "cpu_s": 0.0})  # cost of other attempts
 
@@ -59,7 +59,7 @@ def run_epochs(
     variables
         "weights" and state of the optimizer, which a checkpoint keeps.
     train_epoch
-        Trains the epoch of this number, and returns loss, mae, val_loss and val_mae.
+        Trains the epoch of this number, and returns loss, mae, val_loss, val_mae and what else the history holds.
     earlier
         Cost before this training.
     validated
@@ -152,10 +152,15 @@ def read_checkpoint(path: Path, identity: str, name: str) -> tuple[dict[str, lis
     return state, progress
 
 
-def write_history(path: str | Path, losses: Iterable[np.ndarray]) -> None:
-    """Write learning curves (CSV) from loss, mae, val_loss and val_mae of each epoch; NaN is left empty."""
+def write_history(path: str | Path, losses: Iterable[np.ndarray], held_out: Iterable[str] = ()) -> None:
+    """Write learning curves (CSV) from the losses of each epoch; NaN is left empty.
+
+    They are loss, mae, val_loss and val_mae, then loss and mae of each set of `held_out` slurries.
+    """
+    names = ["epoch", "loss", "mae", "val_loss", "val_mae"]
+    names += [f"{name}_slurries_{measure}" for name in held_out for measure in ("loss", "mae")]
     rows = (
         ",".join([str(epoch), *("" if np.isnan(value) else repr(float(value)) for value in row)])
         for epoch, row in enumerate(losses, start=1)
     )
-    write_text(path, "\n".join(["epoch,loss,mae,val_loss,val_mae", *rows, ""]))
+    write_text(path, "\n".join([",".join(names), *rows, ""]))

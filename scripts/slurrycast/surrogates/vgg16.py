@@ -185,8 +185,12 @@ class Trainer:
 
     def errors(self, features: np.ndarray, targets: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
         """Mean squared and mean absolute error."""
-        error = (in_batches(self.predict_on_batch, features) - targets) * unit_um
-        return np.array([np.mean(error**2), np.mean(abs(error))])
+        error_um = self.errors_um(features, targets, unit_um)
+        return np.array([np.mean(error_um**2), np.mean(abs(error_um))])
+
+    def errors_um(self, features: np.ndarray, targets: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
+        """Error (n, 3) of each sample in um."""
+        return (in_batches(self.predict_on_batch, features) - targets) * unit_um
 
 
 def in_units(features: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
@@ -196,7 +200,26 @@ def in_units(features: np.ndarray, unit_um: np.ndarray) -> np.ndarray:
     return scaled
 
 
-def train(name: str, samples: Samples, standardised: bool, settings: Mapping, folder: Path) -> dict[str, float]:
+def is_looked_at(epoch: int) -> bool:
+    """Whether errors of held-out slurries are measured after this epoch: powers of 2, and every 50th."""
+    return epoch & (epoch - 1) == 0 or epoch % 50 == 0
+
+
+def mean_errors(error_um: np.ndarray, slurry_index: np.ndarray) -> np.ndarray:
+    """Mean squared and mean absolute error: means over slurries, each less its common shift, as tables have them."""
+    by_slurry = [error_um[slurry_index == k] for k in np.unique(slurry_index)]
+    by_slurry = [error_um - error_um.mean(axis=0) for error_um in by_slurry]
+    return np.mean([[np.mean(error_um**2), np.mean(abs(error_um))] for error_um in by_slurry], axis=0)
+
+
+def train(
+    name: str,
+    samples: Samples,
+    standardised: bool,
+    settings: Mapping,
+    folder: Path,
+    held_out: Mapping[str, tuple[Samples, np.ndarray]] | None = None,
+) -> dict[str, float]:
     """Train with Adamax on the mean squared error, and write the plain Keras model and its learning curves.
 
     The model has the weights of the epoch with the lowest validation loss. A checkpoint is written after each epoch;
@@ -213,9 +236,11 @@ def train(name: str, samples: Samples, standardised: bool, settings: Mapping, fo
         Whether the network sees samples by the mean and deviation of the training part. The model that is written does
         this by itself.
     settings
-        epochs, batch_size, learning_rate, threads, seed.
+        epochs, batch_size, learning_rate, threads, seed; patience and min_improvement (`checkpoint.has_settled`).
     folder
         See `Surrogate.train`.
+    held_out
+        Samples of held-out slurries and the number of each sample's slurry, by the name of the set.
 
     Returns
     -------
@@ -236,24 +261,32 @@ def train(name: str, samples: Samples, standardised: bool, settings: Mapping, fo
     standardisation = Standardisation.fitted(samples) if standardised else None
     plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
-    identity = fingerprint(vars(samples).values(), settings)
-    if standardisation is not None:
-        samples = standardisation.apply(samples)
-    arrays = [array.astype(np.float32) for array in (samples.features, samples.targets, samples.unit_um)]
+    held_out = held_out or {}
+    known = [samples, *(of_set for of_set, _ in held_out.values())]
+    identity = fingerprint((array for some in known for array in vars(some).values()), settings)
+    samples, *others = [some if standardisation is None else standardisation.apply(some) for some in known]
+    arrays, *other_arrays = [
+        [array.astype(np.float32) for array in (some.features, some.targets, some.unit_um)]
+        for some in (samples, *others)
+    ]
     held = samples.is_validation
     trained = np.flatnonzero(~held)
 
     def train_epoch(epoch: int) -> np.ndarray:
         order = np.random.default_rng((settings["seed"], epoch)).permutation(trained)
         losses = trainer.train_epoch(*arrays, order, settings["batch_size"])
-        return np.concatenate([losses, trainer.errors(*(array[held] for array in arrays))])
+        found = [losses, trainer.errors(*(array[held] for array in arrays))]
+        for its_arrays, (_, slurry_index) in zip(other_arrays, held_out.values(), strict=True):
+            looked = is_looked_at(epoch)
+            found.append(mean_errors(trainer.errors_um(*its_arrays), slurry_index) if looked else [np.nan] * 2)
+        return np.concatenate(found)
 
     checkpoint = folder / "checkpoint.h5"
     progress = run_epochs(name, settings, checkpoint, identity, trainer.variables, train_epoch, keep_best=True)
     validation = [row[2] for row in progress.history]
     print(f"[{name}] best epoch {1 + int(np.argmin(validation))}, val_loss {min(validation):.4g}", flush=True)
     trainer.write_back(plain, progress.best)
-    write_history(folder / "history.csv", progress.history)
+    write_history(folder / "history.csv", progress.history, held_out)
     with moved_into_place(folder / "model.keras") as part:
         plain.save(part)
     return progress.earlier
@@ -296,11 +329,17 @@ class Vgg16(Surrogate):
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES))}
 
-    def train(self, data: TrainingSet, settings: Mapping, folder: Path) -> dict[str, float]:
+    def train(
+        self, data: TrainingSet, settings: Mapping, folder: Path, held_out: Mapping[str, TrainingSet] | None = None
+    ) -> dict[str, float]:
         """Train on unwrapped coordinates; see `train`."""
-        unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
-        samples = Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
-        return train(self.name, samples, settings.get("change") == "standardised", settings, folder)
+
+        def samples(data: TrainingSet) -> Samples:
+            unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
+            return Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
+
+        others = {name: (samples(other), other.slurry_index) for name, other in (held_out or {}).items()}
+        return train(self.name, samples(data), settings.get("change") == "standardised", settings, folder, others)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um; see `apply_model`."""

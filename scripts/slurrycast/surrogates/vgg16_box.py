@@ -84,9 +84,13 @@ class Vgg16Box(Surrogate):
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES) + 3 * (settings.get("change") != "nobox"))}
 
-    def train(self, data: TrainingSet, settings: Mapping, folder: Path) -> dict[str, float]:
+    def train(
+        self, data: TrainingSet, settings: Mapping, folder: Path, held_out: Mapping[str, TrainingSet] | None = None
+    ) -> dict[str, float]:
         """Train as `vgg16.train` does, on standardised samples."""
-        return vgg16.train(self.name, samples(data, settings.get("change")), True, settings, folder)
+        change = settings.get("change")
+        others = {name: (samples(other, change), other.slurry_index) for name, other in (held_out or {}).items()}
+        return vgg16.train(self.name, samples(data, change), True, settings, folder, others)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um, in the final box of the input."""

@@ -73,7 +73,7 @@ rule fit_costs:
                 ],
                 slurry=TRAINING,
             ),
-            *([rules.assemble_dataset.output.cost] if TRAINING else []),
+            *expand(rules.assemble_dataset.output.cost, set=["training"] if TRAINING else []),
             *PACKING_COSTS,
             *expand(
                 f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
