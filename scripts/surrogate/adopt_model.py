@@ -34,7 +34,7 @@ def read_architecture(path: Path) -> tuple[dict[str, tuple[int | None, ...]], se
         shapes = {config["name"]: tuple(config["batch_shape"][1:]) for config in inputs}
         return shapes, {layer["class_name"] for layer in layers}
     except (OSError, KeyError, ValueError, TypeError, IndexError, zipfile.BadZipFile) as error:
-        raise InputError(f"surrogate.model: {path} is no Keras model ({error})") from error
+        raise InputError(f"surrogate.models: {path} is no Keras model ({error})") from error
 
 
 def _listed(shapes: dict[str, tuple[int | None, ...]]) -> str:
@@ -51,12 +51,12 @@ def main(args: Namespace) -> None:
         named = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
         if any(named.get(name) != shape for name, shape in expected.items()):
             raise InputError(
-                f"surrogate.model: {args.trained} takes inputs of shape {_listed(shapes)}, "
+                f"surrogate.models: {args.trained} takes inputs of shape {_listed(shapes)}, "
                 f"{args.surrogate} needs {_listed(expected)}"
             )
         if label.surrogate.model_layer not in (None, *layers):
             raise InputError(
-                f"surrogate.model: {args.trained} is no model of {label.name}, or one of an earlier version: "
+                f"surrogate.models: {args.trained} is no model of {label.name}, or one of an earlier version: "
                 "train it again"
             )
         with moved_into_place(args.model) as part:

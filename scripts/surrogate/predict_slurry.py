@@ -122,7 +122,7 @@ def advice(surrogate: Surrogate, adopted: bool) -> str:
     if surrogate.needs_packing_fraction:
         return ": check surrogate.packing_fraction, or without it the densities of the training slurries"
     if adopted:
-        return ": check that surrogate.model was trained on this recipe, scale and input frames"
+        return ": check that the one in surrogate.models was trained on this recipe, scale and input frames"
     return f": train longer (surrogate.{surrogate.name}.epochs)" if surrogate.is_trained else ""
 
 

@@ -81,7 +81,7 @@ OUT_OF_RANGE = {
     "learning.validation_share": ("a number above 0 and below 1", [1]),
     "learning.seed": (SEED, [0]),
     "surrogate.names": (LABELS, ["vgg16", ["vgg16", "vgg16"]]),
-    "surrogate.model": ("null or the path of an existing file that ends in .keras, without braces", [1, "model.h5"]),
+    "surrogate.models.vgg16": ("the path of an existing file that ends in .keras, without braces", [None, "model.h5"]),
     "surrogate.packing_fraction": ("null or a number above 0 and below 1", [1.2]),
     "surrogate.vgg16.epochs": (MILLION, [0]),
     "surrogate.vgg16.patience": ("null or a whole number from 1 to 1000000", [0, 2.5]),
@@ -317,7 +317,7 @@ CONFLICTS = [
         f"{TARGETS} = [0.08, 0.16, 0.25, 0.34, 0.43, 0.52, 0.6, 0.68, 0.75, 0.8...: must be at most 2, one for each of "
         "surrogate.neighbours.layers but the last",
     ),
-    ("surrogate.model", "none.keras", ' = "none.keras": no such file: must be null or a trained model.keras'),
+    ("surrogate.models.vgg16", "none.keras", ' = "none.keras": no such file: must be a trained model.keras'),
     ("evaluation.surrogates", ["affine"], ': "affine": must not be in surrogate.names too'),
     ("evaluation.surrogates", ["vgg19"], f": 'vgg19' is not known, allowed: {KNOWN}"),
     ("report.pictures", ["affine_f02"], f': "affine_f02": must be one of surrogate.names, {NAMES}'),

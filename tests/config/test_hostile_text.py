@@ -18,7 +18,7 @@ HOSTILE = [
 ]
 LEGAL = {"run.name": {"--help", "-x"}}  # as a name behind results/
 # What may be any text, since it is a path or a command; that it stays quoted is tested in workflow/test_quoting.py.
-ANY_TEXT = {"slurries", "dem.executable", "dem.launcher", "surrogate.model"}
+ANY_TEXT = {"slurries", "dem.executable", "dem.launcher", "surrogate.models.vgg16"}
 
 
 def texts(rule: dict, path: str = "") -> Iterator[str]:
@@ -28,7 +28,7 @@ def texts(rule: dict, path: str = "") -> Iterator[str]:
             yield from texts(item, f"{path}.{key}".lstrip("."))
         for item in rule.get("patternProperties", {}).values():
             yield f"{path}.<name>"
-            yield from texts(item, f"{path}.NiO")
+            yield from texts(item, f"{path}.{'vgg16' if path == 'surrogate.models' else 'NiO'}")
     elif rule["type"] == "array":
         yield from texts(rule["items"], f"{path}[]")
     elif "string" in rule["type"]:
@@ -49,7 +49,9 @@ def test_hostile_text_is_refused_or_may_be_any_text(config, path):
     for text in HOSTILE:
         section = path.removesuffix(".<name>")
         if section != path:
-            override = nested(section, {text: config["formulation"]["phases"]["NiO"]})
+            override = nested(
+                section, {text: config["formulation"]["phases"]["NiO"] if "phases" in path else "m.keras"}
+            )
         else:
             override = nested(path.removesuffix("[]"), [text] if path.endswith("[]") else text)
         lines = check(merged(config, override))

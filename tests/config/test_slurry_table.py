@@ -47,7 +47,7 @@ BAD_ROWS = {
     "A\ttest\t1\t1\t1\n\nA\ttest\t1\t1\t2\n": 's.tsv line 4: id = "A": must differ from line 2',
     "A\ttest\t1\t1\t5\nB\ttest\t1\t1\t5\n": "s.tsv line 3: seed = 5: must differ from line 2",
     "A\ttrain\t1\t1\t1\nB\tvalidation\t1\t1\t2\n": "s.tsv: no slurry of role test or new: must be at least one",
-    "A\tnew\t1\t1\t1\n": "s.tsv: no slurry of role train: must be at least one for affine, or surrogate.model",
+    "A\tnew\t1\t1\t1\n": "s.tsv: no slurry of role train: must be at least one for affine, or surrogate.models",
     "6_r1\ttrain\t1\t1\t1\n6\ttest\t1\t1\t2\n": f"evaluation.replicated: its run 6_r1 {NAMED_ALIKE}",
     "1_r1\ttrain\t1\t1\t1\n1\ttest\t1\t1\t2\n": f"drying.replicas: its run 1_r1 {NAMED_ALIKE}",
     "V1_dt100ps_s1\ttrain\t1\t1\t1\nV1\ttest\t1\t1\t2\n": f"convergence.slurry: its run V1_dt100ps_s1 {NAMED_ALIKE}",

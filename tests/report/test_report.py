@@ -231,7 +231,7 @@ def restricted(results: Results, slurries: list[str], **changes: object) -> Resu
 
 def adopting(config: dict, path: str) -> dict:
     """The configuration with a model that was trained elsewhere."""
-    return config | {"surrogate": config["surrogate"] | {"model": path}}
+    return config | {"surrogate": config["surrogate"] | {"models": {"net": path}}}
 
 
 def page_of(results: Results) -> Page:

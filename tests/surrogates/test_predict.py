@@ -91,7 +91,7 @@ def test_what_a_surrogate_needs_is_asked_for(predict, capsys, surrogate, option)
         ("vgg16", {}, "model", None, ": train longer (surrogate.vgg16.epochs)"),
         (
             *("vgg16", {"adopted": []}, "model", None),
-            ": check that surrogate.model was trained on this recipe, scale and input frames",
+            ": check that the one in surrogate.models was trained on this recipe, scale and input frames",
         ),
         ("linear", {}, "model", {"input_frames": [9, 10], "coefficients": [0, 0.1]}, ""),
         (

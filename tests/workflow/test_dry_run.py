@@ -106,6 +106,20 @@ def test_surrogates_that_are_left_out_are_named(tmp_path):
     assert "--left-out direct_box neighbours " in done.stdout
 
 
+def test_networks_are_trained_but_for_those_with_a_model(tmp_path):
+    """Beside training slurries, which the others learn from."""
+    (tmp_path / "model.keras").touch()
+    given = {"neighbours": str(tmp_path / "model.keras")}
+    surrogate = {"names": ["affine", "linear", "vgg16"], "models": given}
+    config = own(tmp_path, surrogate=surrogate, evaluation={"surrogates": ["neighbours"]})
+    done = plan(config, "all", "evaluation")
+    jobs = ("train_surrogate", "adopt_model", "fit_surrogate", "assemble_dataset")
+    assert [planned_jobs(done)[rule] for rule in jobs] == [1, 1, 1, 1]
+    assert f"--trained {given['neighbours']}" in done.stdout
+    assert len(re.findall("predict_slurry.py.* --surrogate neighbours .*--adopted", done.stdout)) > 0
+    assert not re.search("predict_slurry.py.* --surrogate vgg16 .*--adopted", done.stdout)
+
+
 @pytest.mark.parametrize("target", ["tables/structure_errors.csv", "figures/verdicts.png", "evaluation.html"])
 def test_only_the_skill_needs_the_affine_map(tmp_path, target):
     config = own(tmp_path, surrogate={"names": ["direct"]}, evaluation={"surrogates": []})

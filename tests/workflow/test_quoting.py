@@ -45,7 +45,7 @@ def test_hostile_texts_stay_text(project, monkeypatch, ranks, program):
     name = f"ranks_{ranks}"
     config = load("tiny") | {"run": {"name": name}, "slurries": f"{TEXT}.tsv"}
     config["dem"] |= dem
-    config["surrogate"] |= {"model": f"{MODEL}.keras", "names": ["vgg16"]}
+    config["surrogate"] |= {"models": {"vgg16": f"{MODEL}.keras"}, "names": ["vgg16"]}
     (project / "hostile.yaml").write_text(yaml.safe_dump(config, allow_unicode=True), encoding="utf-8")
     results = project / "results" / name
     targets = [f"results/{name}/{file}" for file in ("config.yaml", "models/vgg16/model.keras", "dem/1/run.json")]

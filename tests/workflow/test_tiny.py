@@ -340,7 +340,7 @@ def test_new_slurry_with_a_trained_model(project, results):
     (project / "config" / "one.tsv").write_text(HEADER + "X\tnew\t1\t1.0\t7\n")
     config = yaml.safe_load((project / "config" / "tiny.yaml").read_text())
     config["run"]["name"], config["slurries"] = "one", "config/one.tsv"
-    config["surrogate"]["model"] = "results/tiny/models/vgg16/model.keras"
+    config["surrogate"]["models"] = {"vgg16": "results/tiny/models/vgg16/model.keras"}
     (project / "config" / "one.yaml").write_text(yaml.safe_dump(config))
     said = snakemake(project, "--configfile", "config/one.yaml")
     assert "train_surrogate" not in said

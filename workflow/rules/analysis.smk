@@ -188,7 +188,7 @@ rule collect_costs:
             *expand(rules.extract_frames.output.cost, slurry=[*SIMULATED, *DRIED_REPLICAS]),
             *expand(rules.assemble_dataset.output.cost, set=["training"] if TRAINING else []),
             *(PACKING_COSTS if BOXED else []),
-            *expand(f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json", surrogate=LEARNED),
+            *model_costs(LEARNED),
             *expand(f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json", surrogate=FITTED),
             *expand(
                 [

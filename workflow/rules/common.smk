@@ -49,7 +49,7 @@ WRITTEN = configuration.in_order(config)
 config = formulations.wet_recipes(WRITTEN)
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
-TRAINING_NEEDED = config["surrogate"]["model"] is None
+TRAINING_NEEDED = label_settings.training_needed(config)
 if not TRAINING_NEEDED:
     SLURRIES = {id: slurry for id, slurry in SLURRIES.items() if slurry.role != "train"}  # not needed
 
@@ -72,6 +72,9 @@ if LEFT_OUT and workflow.is_main_process:
     print(f"surrogates {', '.join(LEFT_OUT)}: {label_settings.WITHOUT_TRAINING}", file=sys.stderr)
 LABELS = {text: surrogates.parse(text) for text in [*SURROGATES, *FURTHER]}
 KINDS = {text: label.surrogate for text, label in LABELS.items()}
+# Paths of models that were trained elsewhere, by label, and networks that this run trains.
+ADOPTED = {text: path for text, path in label_settings.adopted_models(config).items() if text in LABELS}
+TRAINED = [text for text in LABELS if KINDS[text].is_trained and text not in ADOPTED]
 LEARNED = [text for text in SURROGATES if KINDS[text].is_trained]
 FITTED = [text for text in SURROGATES if KINDS[text].is_fitted]
 SPREADING = [text for text in LABELS if KINDS[text].has_spread]  # with an uncertainty to calibrate
@@ -91,7 +94,6 @@ def with_role(*roles):
 
 
 PACKING_GIVEN = config["surrogate"]["packing_fraction"] is not None
-SOURCE_OF_MODELS = "train_surrogate" if TRAINING_NEEDED else "adopt_model"
 TRAINING = with_role("train")
 COMPLETE = with_role("train", "validation", "test")  # run to the end
 HELD_OUT = with_role("validation", "test")  # predicted, and compared with their own end
@@ -257,6 +259,12 @@ def model_of(label):
     return f"{RESULTS}/models/{label}/{file}" if file else []
 
 
+def model_costs(labels):
+    """Cost records of the models of networks, trained here or elsewhere."""
+    stages = {label: "train_surrogate" if label in TRAINED else "adopt_model" for label in labels}
+    return [f"{RESULTS}/costs/{stages[label]}/{label}.json" for label in labels]
+
+
 def learns_from_frames(wildcards):
     """Whether a surrogate learns from whole slurries instead of the training set."""
     return KINDS[wildcards.surrogate].learns_from == "frames"
@@ -264,7 +272,7 @@ def learns_from_frames(wildcards):
 
 def shows_held_out(wildcards):
     """Whether the learning curves of a network hold errors of held-out slurries."""
-    return bool(HELD_OUT_SETS) and TRAINING_NEEDED and not learns_from_frames(wildcards)
+    return bool(HELD_OUT_SETS) and wildcards.surrogate in TRAINED and not learns_from_frames(wildcards)
 
 
 def learned_from(wildcards):

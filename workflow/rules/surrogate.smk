@@ -2,7 +2,7 @@
 trained on.
 
 REQUIRED INPUTS:
-    frames/{slurry}.h5; dataset/training.h5 or config[surrogate][model]; dataset/packing_fraction.json of its recipe
+    frames/{slurry}.h5; dataset/training.h5; config[surrogate][models]; dataset/packing_fraction.json of its recipe
     dem/{slurry}/frame_<k>.restart, inputs.json, coefficients.lmp, run.json: for those that go on with the DEM
     config[learning], config[surrogate]
 
@@ -11,7 +11,7 @@ OUTPUTS:
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
-if TRAINING_NEEDED:
+if TRAINED:
 
     rule train_surrogate:
         """Train a neural network."""
@@ -24,6 +24,8 @@ if TRAINING_NEEDED:
             cost=f"{RESULTS}/costs/train_surrogate/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/train_surrogate/{{surrogate}}.log",
+        wildcard_constraints:
+            surrogate="|".join(TRAINED),
         priority: 3000  # the longest job: everything else goes on beside it, the DEM of held-out slurries too
         conda:
             "../../envs/learning.yaml"
@@ -41,6 +43,9 @@ if TRAINING_NEEDED:
             " --settings {params.settings:q} --seed {params.seed} --work {params.work:q}"
             " --model {output.model:q} --history {output.history:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
+
+
+if TRAINING_NEEDED:
 
     rule fit_surrogate:
         """Fit a surrogate that is not a neural network."""
@@ -63,19 +68,22 @@ if TRAINING_NEEDED:
             " --settings {params.settings:q} --seed {params.seed} --model {output.model:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
 
-else:
+
+if ADOPTED:
 
     rule adopt_model:
         """Use a network that was trained elsewhere."""
         input:
             **code("surrogate/adopt_model"),
-            model=config["surrogate"]["model"],
+            model=lambda wildcards: ADOPTED[wildcards.surrogate],
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
             cost=f"{RESULTS}/costs/adopt_model/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/adopt_model/{{surrogate}}.log",
+        wildcard_constraints:
+            surrogate="|".join(ADOPTED),
         localrule: True
         conda:
             "../../envs/learning.yaml"
@@ -122,7 +130,7 @@ rule predict_slurry:
         target_frame=TARGET_FRAME,
         phases=PHASES,
         learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
-        adopted=lambda wildcards: [] if TRAINING_NEEDED or not KINDS[wildcards.surrogate].is_trained else ["--adopted"],
+        adopted=lambda wildcards: ["--adopted"] if wildcards.surrogate in ADOPTED else [],
         boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],
         started=lambda wildcards, input: input_options(input),
         continued=continuation_options,

@@ -26,7 +26,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.recipe_names: "slurries formulations",
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
-    surrogate_checks.roles: "slurries surrogate.model surrogate.names surrogate.packing_fraction",
+    surrogate_checks.roles: "slurries surrogate.models surrogate.names surrogate.packing_fraction",
     surrogate_checks.labels: (
         "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
     ),
@@ -35,8 +35,8 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "dem.thermo_every_steps"
     ),
     surrogate_checks.intermediate_targets: "surrogate.neighbours",
-    surrogate_checks.model: "surrogate.names surrogate.model surrogate.packing_fraction",
-    surrogate_checks.model_of_this_run: "run surrogate.model",
+    surrogate_checks.models: "surrogate.names surrogate.models surrogate.packing_fraction evaluation.surrogates",
+    surrogate_checks.models_of_this_run: "run surrogate.models",
     surrogate_checks.packing_of_recipes: "slurries formulations surrogate evaluation.surrogates",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation drying convergence dem.timestep_us dem.steps dem.thermo_every_steps",

@@ -1,6 +1,6 @@
 """The schemas in workflow/schemas, and a line for each value that breaks one: its key, the value and what is allowed.
 
-`unit`, `allowed` and `each` in the schemas are annotations of this project; JSON Schema ignores them.
+`unit`, `allowed`, `each` and `formerly` in the schemas are annotations of this project; JSON Schema ignores them.
 """
 
 import difflib
@@ -128,7 +128,9 @@ def schema_errors(value: Any, rule: Mapping, hint: Callable[[Any, Mapping], str]
             known, patterns = list(local_rule.get("properties", {})), local_rule.get("patternProperties", {})
             may_be = f"one of {', '.join(known)}" if known else local_rule.get("allowed")
             for key in wrong:
-                if key not in known and not any(re.search(pattern, key) for pattern in patterns):
+                if key in local_rule.get("formerly", {}):
+                    yield _key_path([*path, key]), f"unknown key: {local_rule['formerly'][key]}"
+                elif key not in known and not any(re.search(pattern, key) for pattern in patterns):
                     close = difflib.get_close_matches(key, known, 1)
                     guess = f" (do you mean {close[0]}?)" if close else ""
                     yield _key_path([*path, key]), f"unknown key: must be {may_be}{guess}"

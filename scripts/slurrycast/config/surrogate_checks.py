@@ -9,7 +9,7 @@ from pathlib import Path
 from slurrycast import surrogates
 from slurrycast.config.dem_checks import increasing, shortest_edges
 from slurrycast.config.derived_runs import replicas, timestep_runs
-from slurrycast.config.label_settings import without_training
+from slurrycast.config.label_settings import adopted_models, training_needed, without_training
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.runtime.files import InputError
@@ -26,16 +26,15 @@ def _is_file(path: str) -> bool:
 def roles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """There are slurries to learn from, and slurries to predict."""
     present = {slurry.role for slurry in slurries}
-    if "train" not in present and config["surrogate"]["model"] is None:
-        for text in config["surrogate"]["names"]:
-            try:
-                needed = not without_training(config, text) or surrogates.parse(text).surrogate.is_learned
-            except InputError:
-                continue  # reported by `labels`
-            if needed:
-                must_be = f"must be at least one for {text}, or surrogate.model"
-                yield f"{config['slurries']}: no slurry of role train: {must_be}"
-                break
+    if "train" not in present:
+        try:
+            names = config["surrogate"]["names"] if training_needed(config) else []
+            needed = [text for text in names if not without_training(config, text)]
+        except InputError:
+            needed = []  # reported by `labels`
+        if needed:
+            must_be = f"must be at least one for {needed[0]}, or surrogate.models"
+            yield f"{config['slurries']}: no slurry of role train: {must_be}"
     if not present & {"test", "new"}:
         yield f"{config['slurries']}: no slurry of role test or new: must be at least one"
 
@@ -139,34 +138,33 @@ def intermediate_targets(config: Mapping, _) -> Iterator[str]:
         yield f"{key}: must be at most {layers - 1}, one for each of surrogate.neighbours.layers but the last"
 
 
-def model(config: Mapping, _) -> Iterator[str]:
-    """A trained model exists, belongs to one surrogate, and can predict without the training slurries."""
-    names, path = config["surrogate"]["names"], config["surrogate"]["model"]
-    if path is None:
-        return
-    if not _is_file(path):
-        yield f"surrogate.model = {shown(path)}: no such file: must be null or a trained model.keras"
+def models(config: Mapping, _) -> Iterator[str]:
+    """Trained models exist, belong to networks of the run, and can predict without the training slurries."""
+    names, further = config["surrogate"]["names"], config["evaluation"]["surrogates"]
     try:
-        trained = [text for text in names if surrogates.parse(text).surrogate.is_trained]
+        networks = [text for text in [*names, *further] if surrogates.parse(text).surrogate.is_trained]
     except InputError:
         return  # reported by `labels`
-    if len(trained) != 1:
-        yield (
-            f"surrogate.names = {shown(names)}: must hold one surrogate with a Keras model, the one that "
-            "surrogate.model is of"
-        )
-    elif not without_training(config, trained[0]):
-        yield (
-            f"surrogate.packing_fraction = null: must be a number for {trained[0]} with surrogate.model: the training "
-            "slurries, which would give it, are not run"
-        )
+    for label, path in adopted_models(config).items():
+        key = f"surrogate.models.{label} = {shown(path)}"
+        if not _is_file(path):
+            yield f"{key}: no such file: must be a trained model.keras"
+        if label not in networks:
+            known = ", ".join(networks) or "none"
+            yield f"{key}: must be of a network in surrogate.names or evaluation.surrogates, which are: {known}"
+        elif label in names and not training_needed(config) and not without_training(config, label):
+            yield (
+                f"surrogate.packing_fraction = null: must be a number for {label} with surrogate.models: the training "
+                "slurries, which would give it, are not run"
+            )
 
 
-def model_of_this_run(config: Mapping, _) -> Iterator[str]:
-    """A trained model lies outside the folder that the run writes: the rule that copies it would delete it first."""
-    path, written = config["surrogate"]["model"], Path("results") / config["run"]["name"] / "models"
-    if path is not None and _is_file(path) and Path(path).resolve().is_relative_to(written.resolve()):
-        yield (
-            f"surrogate.model = {shown(path)}: must lie outside {written}, which this run writes: "
-            "choose another run.name"
-        )
+def models_of_this_run(config: Mapping, _) -> Iterator[str]:
+    """Trained models lie outside the folder that the run writes: the rule that copies one would delete it first."""
+    written = Path("results") / config["run"]["name"] / "models"
+    for label, path in adopted_models(config).items():
+        if _is_file(path) and Path(path).resolve().is_relative_to(written.resolve()):
+            yield (
+                f"surrogate.models.{label} = {shown(path)}: must lie outside {written}, which this run writes: "
+                "choose another run.name"
+            )

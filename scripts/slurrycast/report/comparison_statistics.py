@@ -182,6 +182,7 @@ def costs(results: Results) -> dict:
         "largest_parts": [(name, HYBRID_PARTS[row.idxmax()], row.max()) for name, row in shares.iterrows()],
         "ratio_rows": slurry_rows(results, ratio_columns),
         "stage_rows": [[stage.replace("_", " "), *values] for stage, *values in by_stage.itertuples()],
+        "adopted": results.adopted,
         "trainings": list(results.costs[results.costs.stage == "train_surrogate"].itertuples()),
     }
 

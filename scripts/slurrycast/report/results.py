@@ -60,6 +60,12 @@ class Results:
         return {slurry: sum(each["particles"] for each in self.inputs[slurry]["types"]) for slurry in self.roles}
 
     @property
+    def adopted(self) -> dict[str, str]:
+        """Paths of the models that were trained elsewhere, by label."""
+        models = self.config["surrogate"]["models"]
+        return {label: models[label] for label in self.networks if label in models}
+
+    @property
     def test(self) -> list[str]:
         """Ids of the slurries that means and ranges run over."""
         return self.slurries("test")

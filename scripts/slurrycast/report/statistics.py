@@ -55,6 +55,7 @@ def notices(results: Results) -> dict:
         "most_alike": MOST_ALIKE,
         "density_tolerance": DENSITY_TOLERANCE,
         "extrapolations": extrapolations(results),
+        "adopted": results.adopted,
     }
 
 
@@ -174,7 +175,9 @@ def settings(results: Results) -> dict:
         "article_full_dem_s": 60 * article.FULL_DEM_MIN,
         "wall_s": jobs.wall_s,
         "samples": sum(results.particles[slurry] for slurry in results.slurries("train")),
-        "training": {label: training_settings(results, label) for label in results.networks},
+        "training": {
+            label: training_settings(results, label) for label in results.networks if label not in results.adopted
+        },
         "phases": phases,
     }
 
@@ -233,7 +236,7 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
         return None
     best = None if history.val_loss.isna().all() else history.loc[history.val_loss.idxmin()]
     last = history.iloc[-1]
-    used = None if results.config["surrogate"]["model"] else results.weights_of[surrogate]
+    used = None if surrogate in results.adopted else results.weights_of[surrogate]
     settings = results.config["surrogate"].get(family(surrogate), {})
     return {
         "epochs": len(history),

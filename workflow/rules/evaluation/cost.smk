@@ -75,10 +75,7 @@ rule fit_costs:
             ),
             *expand(rules.assemble_dataset.output.cost, set=["training"] if TRAINING else []),
             *PACKING_COSTS,
-            *expand(
-                f"{RESULTS}/costs/{SOURCE_OF_MODELS}/{{surrogate}}.json",
-                surrogate=[text for text in EVALUATED if KINDS[text].is_trained],
-            ),
+            *model_costs([text for text in EVALUATED if KINDS[text].is_trained]),
             *expand(
                 f"{RESULTS}/costs/fit_surrogate/{{surrogate}}.json",
                 surrogate=[text for text in EVALUATED if KINDS[text].is_fitted],
