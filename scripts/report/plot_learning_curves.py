@@ -34,7 +34,7 @@ def reached_by_fits(errors: pd.DataFrame, slurries: Sequence[str]) -> pd.DataFra
 def draw_held_out(axes: Axes, history: pd.DataFrame, measure: str, column: str, reached: pd.DataFrame) -> None:
     """Draw the errors of held-out slurries, where they were measured, and what the fits reach on the test slurries."""
     axes.set_xscale("log")
-    plain_ticks(axes.xaxis, LogLocator())
+    plain_ticks(axes.xaxis, LogLocator(subs=(1, 2, 5)))
     for role, colour in HELD_OUT.items():
         name = f"{role}_slurries_{measure}"
         if name in history:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.image import imread
+from PIL import Image
 
 import plot_coordinates
 import plot_densification
@@ -332,6 +333,15 @@ def test_pictures_with_and_without_a_renderer(tmp_path, structures, monkeypatch,
     shown = {name: structures[name] for name in ("frames", "predicted", "relaxed")}
     said = draw(render_slurry, tmp_path / "slurry.png", **shown, target_frame=120)
     assert rendered or "Matplotlib" in said
+    with Image.open(tmp_path / "slurry.png") as picture:
+        assert picture.mode == "P"  # a third of the size
+
+
+@pytest.mark.parametrize("radius_pixels", [0.1, 1, 10, 22, 100])
+def test_spheres_have_as_many_corners_as_their_size_shows(radius_pixels):
+    corners = rendering.corners_of_circle(radius_pixels)
+    assert radius_pixels * (1 - np.cos(np.pi / corners)) <= 0.5
+    assert corners == 8 or radius_pixels * (1 - np.cos(np.pi / (corners - 1))) > 0.5
 
 
 def end_with_a_crash(_structures, _half_um, paths):

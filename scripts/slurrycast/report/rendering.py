@@ -80,6 +80,11 @@ def half_size_um(structures: Sequence[Structure]) -> np.ndarray:
     return np.abs(corners @ view_axes()[:2].T).max(axis=0) + radius_um
 
 
+def corners_of_circle(radius_pixels: float) -> int:
+    """Number of corners of a polygon within half a pixel of a circle; of 35000 spheres, more would take GBs."""
+    return max(8, int(np.ceil(np.pi / np.arccos(max(0.0, 1 - 0.5 / radius_pixels)))))
+
+
 def render_with_pyvista(structures: Sequence[Structure], half_um: np.ndarray, paths: Sequence[Path]) -> None:
     """Write one picture of each structure, all of the same size and scale."""
     import pyvista
@@ -87,7 +92,9 @@ def render_with_pyvista(structures: Sequence[Structure], half_um: np.ndarray, pa
     _, up, towards = view_axes()
     pixels_per_um = min(PIXELS_PER_UM, MAX_PIXELS / (2 * half_um.max()))
     window = [round(2 * half * pixels_per_um) for half in half_um]
-    sphere = pyvista.Sphere(radius=1.0, theta_resolution=14, phi_resolution=14)
+    widest_um = max(structure.particles.radius_um.max() for structure in structures)
+    corners = corners_of_circle(widest_um * pixels_per_um)
+    sphere = pyvista.Sphere(radius=1.0, theta_resolution=corners, phi_resolution=corners)
     for structure, path in zip(structures, paths, strict=True):
         plotter = pyvista.Plotter(off_screen=True, window_size=window)
         plotter.set_background("white")
@@ -182,4 +189,4 @@ def render(structures: Sequence[Structure], path: Path) -> None:
         if not rendered_by_child(structures, half_size_um(structures), pictures):
             print("PyVista cannot render here: drawing circles with Matplotlib instead", file=sys.stderr)
             pictures = None
-        save_figure(draw_structures(structures, pictures), path)
+        save_figure(draw_structures(structures, pictures), path, colours=256)
