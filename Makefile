@@ -77,7 +77,7 @@ reference:
 	mkdir -p $(REFERENCE)/figures
 	cp -r $(FROM)/tables $(FROM)/config.yaml $(FROM)/versions.json $(REFERENCE)
 	rm -rf $(REFERENCE)/tables/.checksums
-	cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
+	[ ! -f $(FROM)/dataset/packing_fraction.json ] || cp $(FROM)/dataset/packing_fraction.json $(REFERENCE)
 	for file in $$(cd $(FROM) && ls models/*/history.csv models/*/model.json models/*/calibration.json $(FIGURES:%=figures/%.png) 2>/dev/null); do \
 		mkdir -p $(REFERENCE)/$$(dirname $$file); cp $(FROM)/$$file $(REFERENCE)/$$file; done
 	if [ -n "$(SLURRY)" ]; then mkdir -p $(REFERENCE)/frames; \

@@ -26,6 +26,7 @@ PACKAGES = (
     "freud-analysis",
     "numpy",
     "scipy",
+    "scikit-learn",
     "pandas",
     "h5py",
     "matplotlib",
