@@ -22,6 +22,7 @@ SCALES = [
     "size",
     "size_berendsen",
     "tape",
+    "explore",
 ]
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from slurrycast.analysis.microstructure import ceramic_phases, microstructure, tortuosities, void_tortuosity
+from slurrycast.analysis.quantity_names import tape_quantities
 from slurrycast.runtime.files import InputError
 from structures import frame, particles
 
@@ -33,6 +34,11 @@ def test_a_lattice_of_two_ceramics_with_organics_apart():
     assert [value[f"percolation_{name}_{axis}"] for name in ("A", "B") for axis in "xyz"] == [0, 0, 1, 0, 0, 1]
     assert [value[f"percolation_ceramic_{axis}"] for axis in "xyz"] == [1, 1, 1]
     assert np.mean(image == 0) == pytest.approx(value["share_void_union"], abs=0.03)
+    axes, media = ["x", "z"], ["void", "nonceramic"]
+    value |= tortuosities(frame(0, position_um, edges_um), some, "glue", [0.5, 0.4, 0.3], axes, media, True)
+    named = {*tape_quantities(NAMES, "glue", [0.5, 0.4, 0.3], axes, media, True)}
+    assert named - {*value} == {"shrinkage"}  # which the script adds
+    assert {name for name in {*value} - named if "_sd_" not in name} == {"particles", "voxel_spacing"}
 
 
 @pytest.mark.parametrize(

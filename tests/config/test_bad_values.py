@@ -128,6 +128,17 @@ OUT_OF_RANGE = {
     "convergence.timesteps_us": (f"{A_LIST} two time steps from 1.0e-5 to 0.05, in {PICOSECONDS}", [[0.001]]),
     "convergence.timesteps_us[0]": ("a number at least 1e-05 and at most 0.05", [NAN, 2e-06]),
     "convergence.timesteps_us[1]": ("a number at least 1e-05 and at most 0.05", [2.0]),
+    "explore.ranges": (
+        "mass_fraction_, size_factor_ or density_g_cm3_ and a phase, solvent_mass_fraction or organics_density_g_cm3",
+        [[]],
+    ),
+    "explore.recipes": ("null or the path of a table, without braces", ["", 1]),
+    "explore.points": ("a whole number at least 3 and at most 100000", [2, 64.0]),
+    "explore.replicas": ("a whole number at least 0 and at most 1000", [-1]),
+    "explore.particles": ("a whole number at least 10 and at most 1000000", [1]),
+    "explore.thickness_ratio": ("a number at least 0.01 and at most 100", [0]),
+    "explore.properties": ("a list of at least one property, each once", [[], ["density", "density"]]),
+    "explore.target": ("names of explore.properties", [0.4]),
     "report.pictures": (PICTURES, [True, "off"]),
 }
 # key, what it must be, a value that YAML reads as something else, and what to write

@@ -18,7 +18,7 @@ HOSTILE = [
 ]
 LEGAL = {"run.name": {"--help", "-x"}}  # as a name behind results/
 # What may be any text, since it is a path or a command; that it stays quoted is tested in workflow/test_quoting.py.
-ANY_TEXT = {"slurries", "dem.executable", "dem.launcher", "surrogate.models.vgg16"}
+ANY_TEXT = {"slurries", "dem.executable", "dem.launcher", "surrogate.models.vgg16", "explore.recipes"}
 
 
 def texts(rule: dict, path: str = "") -> Iterator[str]:

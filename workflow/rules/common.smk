@@ -23,7 +23,8 @@ except environment.InputError as error:
     raise WorkflowError(str(error)) from None
 
 from slurrycast import surrogates
-from slurrycast.config import configuration, dem_checks, derived_runs, formulations, label_settings, physics
+from slurrycast.config import configuration, dem_checks, derived_runs, exploration, formulations
+from slurrycast.config import label_settings, physics
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -42,11 +43,14 @@ if isinstance(OWN_FORMULATION, dict) and "phases" in OWN_FORMULATION:
 
 try:
     SLURRY_TABLE = configuration.checked_slurries(config)
+    POINTS, DESIGN_PROBLEMS = configuration.checked_points(config, SLURRY_TABLE)
 except configuration.ConfigurationError as error:
     raise WorkflowError(*error.lines, "Nothing was run.") from None
 
 WRITTEN = configuration.in_order(config)
-config = formulations.wet_recipes(WRITTEN)
+# Recipes of an exploration stay out of the configuration, which is kept with the results and handed to scripts.
+WITH_POINTS = formulations.wet_recipes(exploration.with_points(WRITTEN, POINTS.values()))
+config = {**WITH_POINTS, "formulations": {id: WITH_POINTS["formulations"][id] for id in WRITTEN["formulations"]}}
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
 
 TRAINING_NEEDED = label_settings.training_needed(config)
@@ -55,10 +59,11 @@ if not TRAINING_NEEDED:
 
 REPLICAS = {run.id: run for run in derived_runs.replicas(config, SLURRIES.values())}
 TIMESTEP_RUNS = {run.id: run for run in derived_runs.timestep_runs(config, SLURRIES.values())}
-RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS  # every possible run of the DEM
+# every possible run of the DEM
+RUNS = SLURRIES | REPLICAS | TIMESTEP_RUNS | {id: point.slurry for id, point in POINTS.items()}
 
 # The configuration as it holds for each recipe, by name; the default has none.
-RECIPES = {name: formulations.of_recipe(config, name) for name in ["", *config["formulations"]]}
+RECIPES = {name: formulations.of_recipe(WITH_POINTS, name) for name in ["", *WITH_POINTS["formulations"]]}
 PHASES = formulations.all_phases(config)  # their order numbers them for what learns from slurries of several recipes
 
 RESULTS = f"results/{config['run']['name']}"

@@ -26,7 +26,7 @@ rule generate_inputs:
     conda:
         "../../envs/dem.yaml"
     params:
-        physics=lambda wildcards: section(physics.physics(config, RUNS[wildcards.slurry])),
+        physics=lambda wildcards: section(physics.physics(config_of(wildcards.slurry), RUNS[wildcards.slurry])),
     shell:
         "python {input.script:q} --slurry {wildcards.slurry:q} --physics {params.physics:q} --data {output.data:q}"
         " --coefficients {output.coefficients:q} --push-off {output.push_off:q} --inputs {output.inputs:q}"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from slurrycast.config import dem_checks, drying_checks, surrogate_checks
+from slurrycast.config import dem_checks, drying_checks, exploration, surrogate_checks
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.formulations import of_recipe
@@ -42,6 +42,8 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.derived_ids: "slurries evaluation drying convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.extrapolation: "microstructure",
     dem_checks.pairs: "formulation.phases formulations force_field drying",
+    exploration.ranges: "explore.ranges formulation.phases",
+    exploration.properties: "explore formulation.phases drying.phase microstructure surrogate.names",
     dem_checks.rdf_pair: "formulation.phases formulations analysis.rdf_pair",
 }
 # The same for checks of one recipe: they take the configuration as it holds for it, and its slurries.
@@ -135,6 +137,37 @@ def checked_slurries(config: Mapping) -> list[Slurry]:
     if lines:
         raise ConfigurationError(lines)
     return slurries
+
+
+def checked_points(config: Mapping, slurries: Sequence[Slurry]) -> tuple[dict[str, exploration.Point], list[str]]:
+    """The recipes of an exploration by id, or a line for each problem of its design, which can be written anew.
+
+    Parameters
+    ----------
+    config, slurries
+        A configuration without other problems, and its slurry table.
+
+    Raises
+    ------
+    ConfigurationError
+        If the user's own table of recipes has problems: its file, line, column or key, value and what is allowed.
+    """
+    points, lines = exploration.read_points(config, slurries)
+    recipes = exploration.with_points(config, points)
+    for point in points:
+        recipe = wet_composition(of_recipe(recipes, point.slurry.id))
+        recipe["drying"] = recipe["drying"] | {"sources": ["direct"]}  # all are dried
+        wrong = [line for check_recipe in RECIPE_CHECKS for line in check_recipe(recipe, [point.slurry])]
+        lines += [
+            f"{point.place}: {line}".replace("formulation.unit_mass_pg", "explore.particles") for line in wrong[:1]
+        ]
+    if not lines:
+        confirmed = [point.slurry for point in points if point.is_confirmed]
+        lines = changed_physics(recipes, confirmed, Path("results") / config["run"]["name"])
+    lines = [printable(line) for line in lines]
+    if lines and config["explore"]["recipes"]:
+        raise ConfigurationError(lines)
+    return ({} if lines else {point.slurry.id: point for point in points}), lines
 
 
 def in_order(config: Mapping, rule: Mapping | None = None) -> dict:

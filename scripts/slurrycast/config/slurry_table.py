@@ -27,7 +27,7 @@ class Slurry:
         return {name: value for name, value in dataclasses.asdict(self).items() if name != "dem"}
 
 
-def _cell(text: str, rule: Mapping) -> str | int | float:
+def cell_value(text: str, rule: Mapping) -> str | int | float:
     """The value of a cell; text that is no number stays text, which the schema then refuses."""
     try:
         if rule["type"] == "integer" and re.fullmatch(r"[-+]?\d+", text, re.ASCII):
@@ -39,11 +39,20 @@ def _cell(text: str, rule: Mapping) -> str | int | float:
     return text
 
 
-def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
-    """Read the slurry table at `path`: its good rows, and a line for each problem.
+def read_cells(path: str | Path, delimiter: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
+    """Cells of a table that a user wrote.
 
     A relative path starts at the working directory. Where there is no such file it starts at the project, since the
     shipped configurations name tables of the project and can be used from any folder.
+
+    Parameters
+    ----------
+    path, delimiter
+        The table, and what separates its cells: a tab or a comma.
+
+    Returns
+    -------
+    The number of each line that is not empty and its cells; and a line for the problem, if there is one.
     """
     try:
         # utf-8-sig: spreadsheet programs put a byte order mark in front
@@ -57,11 +66,19 @@ def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
         return [], [f"{path}: cannot be read: {error.strerror if Path(path).is_absolute() else searched}"]
     except (OSError, ValueError) as error:
         return [], [f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}"]
-    reader = csv.reader(text.splitlines(), delimiter="\t")
+    reader = csv.reader(text.splitlines(), delimiter=delimiter)
     try:
-        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+        return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))], []
     except csv.Error as error:
-        return [], [f"{path} line {reader.line_num}: {error}: must be cells separated by tabs"]
+        kind = "tabs" if delimiter == "\t" else "commas"
+        return [], [f"{path} line {reader.line_num}: {error}: must be cells separated by {kind}"]
+
+
+def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
+    """Read the slurry table at `path`: its good rows, and a line for each problem."""
+    rows, lines = read_cells(path, "\t")
+    if lines:
+        return [], lines
     columns, required = (schema("slurries")[key] for key in ("properties", "required"))
     names = rows[0][1] if rows else []
     if len({*names}) < len(names) or not {*required} <= {*names} <= {*columns}:
@@ -77,7 +94,7 @@ def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
         if len(cells) != len(header):
             lines.append(f"{place}: {len(cells)} cells: must be {len(header)}, separated by tabs")
             continue
-        row = {name: _cell(cell, columns[name]) for name, cell in zip(header, cells, strict=True)}
+        row = {name: cell_value(cell, columns[name]) for name, cell in zip(header, cells, strict=True)}
         errors = schema_errors(row, schema("slurries"), hint=lambda *_: "")  # YAML does not read a cell
         wrong = [f"{place}: {column} = {what}" for column, what in errors]
         for column in ("id", "seed"):

@@ -1,0 +1,1 @@
+"""Many recipes: where they lie, what their tapes are like in between, and which inputs matter."""
