@@ -6,6 +6,8 @@
     snakemake --cores 2 tapes                                what becomes of the slurries when they dry
     snakemake --cores 2 evaluation                           what the predictions are worth, on the same results
     snakemake --cores 2 convergence                          whether the time step is small enough
+    snakemake design --configfile config/explore.yaml        many recipes, and then
+    snakemake --cores 2 explore --configfile config/explore.yaml
     snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
 
 Rules stand in workflow/rules in the order in which a particle passes through them; scripts/ has a script for each.
@@ -38,6 +40,8 @@ include: "workflow/rules/evaluation/cost.smk"
 include: "workflow/rules/evaluation/uncertainty.smk"
 include: "workflow/rules/evaluation/tape.smk"
 include: "workflow/rules/studies.smk"
+include: "workflow/rules/explore/subjects.smk"
+include: "workflow/rules/explore/points.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/preflight.smk"
 
@@ -48,6 +52,7 @@ onstart:
     if workflow.is_main_process:
         check_earlier_results()
         check_restart_files()
+        check_design()
         check_lammps()
 
 
@@ -146,4 +151,21 @@ rule size:
         rules.compare_sizes.output.table,
         rules.compare_sizes.output.clock,
         rules.plot_sizes.output.figure,
+    localrule: True
+
+
+rule design:
+    """Write the recipes of an exploration."""
+    input:
+        rules.write_design.output.table,
+    localrule: True
+
+
+rule explore:
+    """Compare tapes of many recipes, and record the configuration and versions."""
+    input:
+        explored_recipes,  # whose errors Snakemake would pass over below, where outputs are there
+        rules.write_explore.output.page,
+        f"{RESULTS}/config.yaml",
+        f"{RESULTS}/versions.json",
     localrule: True

@@ -34,7 +34,7 @@ FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("con
 
 @pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
-    further = [] if scale.startswith(("size", "recipe")) else ["evaluation", "convergence"]
+    further = [] if scale.startswith(("size", "recipe", "explore")) else ["evaluation", "convergence"]
     if shipped(scale)["drying"]["sources"]:
         further += ["tapes", "tape_evaluation"] if further else ["tapes"]
     done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
@@ -393,3 +393,18 @@ def test_a_spread_needs_a_validation_slurry_and_only_the_evaluation_do(tmp_path,
         assert done.returncode == 0, said
         assert "write_evaluation" in said
         assert "measure_uncertainty" not in said and "calibrate_spread" not in said
+
+
+def test_an_exploration_reads_its_table_when_it_is_planned(tmp_path):
+    """Recipes with a full DEM too, and slurries of the table, which it does not touch."""
+    (tmp_path / "recipes.csv").write_text(
+        "id,confirm,size_factor_NiO\n" + "".join(f"r{n},{'yes' * (n == 2)},{1 + 0.1 * n}\n" for n in range(5))
+    )
+    config = load("explore") | {"run": {"name": f"plan_{tmp_path.name}"}}
+    config["explore"]["recipes"] = str(tmp_path / "recipes.csv")
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(config))
+    jobs = planned_jobs(plan(tmp_path / "own.yaml", "explore"))
+    counts = {"generate_inputs": 5, "relax_slurry": 5, "dry_slurry": 6, "run_slurry": 1}
+    assert {rule: jobs.get(rule) for rule in counts} == counts
+    jobs = planned_jobs(plan(tmp_path / "own.yaml", "microstructures"))
+    assert jobs["generate_inputs"] == 1 and "write_design" not in jobs

@@ -97,6 +97,17 @@ def check_restart_files():
         )
 
 
+def check_design():
+    """Refuse to go on with recipes of a design that would be written anew: they were read before."""
+    planned = {job.rule.name for job in workflow.dag.needrun_jobs()}
+    if {"write_design", "tabulate_points"} <= planned and not workflow.touch:
+        raise WorkflowError(
+            f"{RECIPE_TABLE}: is not what section explore of the configuration gives now: run snakemake design first, or "
+            "save it under another path and name that in explore.recipes",
+            "Nothing was run.",
+        )
+
+
 def check_lammps():
     """Refuse a LAMMPS too old for the planned jobs or without a style; one that only other nodes have is left to them."""
     if workflow.touch:

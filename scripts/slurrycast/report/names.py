@@ -108,6 +108,17 @@ def tape_quantity(quantity: str, unit: str) -> str:
     return name + units.get(unit, f" ({unit})")
 
 
+INPUT_KINDS = {"mass_fraction": "mass fraction", "size_factor": "size factor", "density_g_cm3": "density (g/cm³)"}
+
+
+def input_name(column: str) -> str:
+    """Name of an input of the recipes of an exploration: "NiO size factor" of `size_factor_NiO`."""
+    for kind, name in INPUT_KINDS.items():
+        if column.startswith(f"{kind}_"):
+            return f"{column.removeprefix(f'{kind}_')} {name}"
+    return column_name(column)
+
+
 def column_name(column: str) -> str:
     """Name of a table's column with its unit in brackets: "validation mse (µm²)" of `validation_mse_um2`."""
     for ending, unit in UNITS.items():

@@ -64,7 +64,7 @@ def page_html(page: str, sections: Mapping[str, Mapping | None], shared: Mapping
     Parameters
     ----------
     page
-        "report" or "evaluation": the folder of the templates.
+        "report", "evaluation" or "explore": the folder of the templates.
     sections
         Names that each section's template gets, by its stem and in the order of the page; None leaves it out.
     shared

@@ -1,10 +1,11 @@
-"""Both pages of a run: which sections they have, in their order, and what each section's template gets."""
+"""The pages of a run: which sections they have, in their order, and what each section's template gets."""
 
 from slurrycast.evaluation.noise import BAND_SDS
 from slurrycast.evaluation.verdicts import RDF_BAND
 from slurrycast.report import (
     comparison_statistics,
     evaluation_statistics,
+    explore_statistics,
     statistics,
     tape_statistics,
     verdict_statistics,
@@ -78,3 +79,9 @@ def evaluation_html(evaluation: Evaluation) -> str:
         "rdf_band": RDF_BAND,
     }
     return page_html("evaluation", sections, shared)
+
+
+def explore_html(exploration: explore_statistics.Exploration) -> str:
+    """The exploration: maps of the tapes' properties over the recipes."""
+    shared = {**vars(exploration), "goals": explore_statistics, "different": exploration.different}
+    return page_html("explore", explore_statistics.sections(exploration), shared)

@@ -37,6 +37,6 @@ def modules(script: str, surrogate: str | None = None) -> list[str]:
 
 
 def templates(page: str) -> list[str]:
-    """Templates of a page, "report" or "evaluation", and those that all pages share; paths as those of `modules`."""
+    """Templates of a page, such as "report", and those that all pages share; paths as those of `modules`."""
     folders = (ROOT / TEMPLATES, ROOT / TEMPLATES / page)
     return sorted(str(path.relative_to(ROOT)) for folder in folders for path in folder.glob("*.jinja"))
