@@ -13,6 +13,7 @@ HEADER = "id\trole\tmass_units\tthickness_ratio\tseed\n"
 SCALES = [
     "tiny",
     "recipe",
+    "my_recipe",
     "reduced",
     "small",
     "start",
@@ -24,6 +25,9 @@ SCALES = [
     "tape",
     "explore",
 ]
+
+
+BEHIND = {"my_recipe": "recipe"}  # a file that is for use behind another one
 
 
 def load(name: str) -> dict:
@@ -40,8 +44,8 @@ def merged(base: dict, override: dict) -> dict:
 
 def shipped(scale: str) -> dict:
     """The effective configuration of a scale."""
-    base = load("config")
-    return base if scale == "config" else merged(base, load(scale))
+    base = shipped(BEHIND.get(scale, "config")) if scale != "config" else {}
+    return merged(base, load(scale))
 
 
 def scaled(config: dict, factor: float) -> dict:

@@ -9,12 +9,15 @@ from pathlib import Path
 import pytest
 import yaml
 
-from configurations import HEADER, ROOT, SCALES, load, shipped
+from configurations import BEHIND, HEADER, ROOT, SCALES, load, shipped
 
 
-def plan(scale: Path | str, *arguments: str, python: tuple[str, ...] = ()) -> subprocess.CompletedProcess:
+def plan(
+    scale: Path | str, *arguments: str, python: tuple[str, ...] = (), before: list[str] | None = None
+) -> subprocess.CompletedProcess:
     program = Path(sys.executable).with_name("snakemake")
-    command = [sys.executable, *python, program, "--dry-run", *arguments, "--cores", "2", "--configfile", scale]
+    command = [sys.executable, *python, program, "--dry-run", *arguments, "--cores", "2", "--configfile"]
+    command += [*(before or []), scale]
     # without a state of its own, and of results that do not exist
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
 
@@ -34,10 +37,11 @@ FURTHER_SCALES = [pytest.param(scale, marks=pytest.mark.slow) for scale in ("con
 
 @pytest.mark.parametrize("scale", ["tiny", *FURTHER_SCALES])
 def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale):
-    further = [] if scale.startswith(("size", "recipe", "explore")) else ["evaluation", "convergence"]
+    further = [] if scale.startswith(("size", "recipe", "my_recipe", "explore")) else ["evaluation", "convergence"]
     if shipped(scale)["drying"]["sources"]:
         further += ["tapes", "tape_evaluation"] if further else ["tapes"]
-    done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"))
+    before = [f"config/{BEHIND[scale]}.yaml"] if scale in BEHIND else []
+    done = plan(f"config/{scale}.yaml", "all", *further, python=("-X", "importtime"), before=before)
     assert done.returncode == 0, done.stdout + done.stderr
     imported = set(re.findall(r"^import time:.*\|\s+(\w+)", done.stderr, re.MULTILINE))
     assert "snakemake" in imported
