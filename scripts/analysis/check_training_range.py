@@ -1,43 +1,39 @@
 """Check which predicted slurries lie outside the range of the training slurries at the last input frame.
 
-In: frame stores (HDF5) of the training slurries and of those that are predicted.
+In: frame stores (HDF5) of the slurries that are predicted, and what the surrogates learned from: frame stores of the
+training slurries of this run, and what models that were trained elsewhere say of theirs (JSON of describe_model.py).
 Out: a table (CSV) of one row a predicted slurry and quantity: its value, the least and greatest one of the training
-slurries, and whether it is outside (yes, no). Quantities are the number of particles, the shortest and longest edge of
-the box (um) and its Lz/Lx, the density (g/cm3), the number fraction of each phase and the mean radius over the
-particles (um). A network that learned from earlier frames too has seen the densities there: they belong to the range.
+slurries, and whether it is outside (yes, no). `model` says whose training slurries: "this run", or the label of a model
+that was trained elsewhere. Quantities are the number of particles, the shortest and longest edge of the box (um) and
+its Lz/Lx, the density (g/cm3), the number fraction of each phase, the mean radius (um) over all particles and over
+those of each phase, and the density of each phase (g/cm3). A network that learned from earlier frames too has seen the
+densities of the slurry there: they belong to the range.
 
-Particles, edges and density are outside as soon as they leave the range of the training slurries. Lz/Lx, which a run
-keeps, is not while it leaves by no more than 1e-9 of itself, its rounding. Fractions and the mean radius of one recipe
+Particles, edges and densities are outside as soon as they leave the range of the training slurries. Lz/Lx, which a run
+keeps, is not while it leaves by no more than 1e-9 of itself, its rounding. Fractions and mean radii of one recipe
 differ between slurries since particles are whole: they are not while a slurry of other rounding, by half a particle of
-each phase and a particle of each of its size classes, would be inside.
+each phase and a particle of each of its size classes, would be inside. A model that says nothing has no rows.
 """
 
-from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
-from slurrycast.analysis.training_range import State, compare_with_training
-from slurrycast.data.frames import read_frames
+from slurrycast.analysis.slurry_states import read_state
+from slurrycast.analysis.training_range import THIS_RUN, Range, compare_with_training, training_range
 from slurrycast.data.tables import write_table
-from slurrycast.runtime.command_line import Namespace, Parser, run_main
+from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
 from slurrycast.runtime.costs import measured_cost
+from slurrycast.surrogates.trained_on import read_trained_on
 
-
-def read_state(
-    path: Path, frame: int, phases: Sequence[str], earlier: Sequence[int] = ()
-) -> tuple[str, State, list[float]]:
-    """Read id and state of a slurry at `frame`, with phases in this order, and its densities (g/cm3) at `earlier`."""
-    with read_frames(path) as store:
-        state = State(store.particles_of(phases), store.box(frame)[1], store.density_g_cm3(frame))
-        return str(store.attributes["slurry"]), state, [store.density_g_cm3(number) for number in earlier]
+COLUMNS = ("slurry", "role", "model", "quantity", "value", "training_min", "training_max", "outside")
 
 
 def add_options(parser: Parser) -> None:
     """Add the options."""
-    parser.add_input("--training", "DEM frames of slurries to learn from", nargs="+")
+    parser.add_input("--training", "DEM frames of slurries to learn from", nargs="*", default=[])
+    models = {"type": named_file, "nargs": "*", "default": [], "metavar": "LABEL=PATH"}
+    parser.add_input("--models", "trained_on.json of models that were trained elsewhere", **models)
     parser.add_input("--predicted", "DEM frames of the others", nargs="+")
     parser.add_value("--roles", "role of each of --predicted, in order", nargs="+")
-    parser.add_value("--phases", "names of the phases of all slurries", nargs="+")
     parser.add_value("--last-input-frame", "number of the frame that is looked at", type=int)
     meaning = "number of the frame from which on the density was seen (default: the last)"
     parser.add_value("--first-frame-seen", meaning, type=int, default=None)
@@ -55,24 +51,38 @@ def wrong_frame_seen(args: Namespace) -> str | None:
     return None if 0 <= first <= last else f"--first-frame-seen {first}: must be from 0 to --last-input-frame {last}"
 
 
+def known_ranges(args: Namespace) -> dict[str, dict[str, Range]]:
+    """Range of each quantity in the training slurries of this run and of each model that was trained elsewhere."""
+    earlier = range(args.first_frame_seen, args.last_input_frame)
+    read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
+    ranges = {}
+    if read:
+        earlier_g_cm3 = [density for each in read for density in each.earlier_g_cm3]
+        ranges[THIS_RUN] = training_range((each.state for each in read), earlier_g_cm3)
+    for label, path in args.models:
+        if known := read_trained_on(path):
+            ranges[label] = {name: Range(**limits) for name, limits in known["range"].items()}
+        else:
+            print(f"{label}: the model does not say what it was trained on: its training range is not known")
+    return ranges
+
+
 def main(args: Namespace) -> None:
     """Compare every slurry and write the table; those outside are said too."""
     with measured_cost(args.cost, "check_training_range"):
-        earlier = range(args.first_frame_seen, args.last_input_frame)
-        read = [read_state(path, args.last_input_frame, args.phases, earlier) for path in args.training]
-        training = [training_slurry for _, training_slurry, _ in read]
-        earlier_g_cm3 = [density for *_, densities_g_cm3 in read for density in densities_g_cm3]
-        rows = []
+        ranges, rows = known_ranges(args), []
         for path, role in zip(args.predicted, args.roles, strict=True):
-            slurry, predicted, _ = read_state(path, args.last_input_frame, args.phases)
-            compared = compare_with_training(predicted, training, earlier_g_cm3)
-            outside = [name for name, values in compared.items() if values.outside]
-            if outside:
-                print(f"[{slurry}] outside the training range: {', '.join(outside)}")
-            for name, values in compared.items():
-                flag = {"outside": "yes" if values.outside else "no"}
-                rows.append({"slurry": slurry, "role": role, "quantity": name, **asdict(values), **flag})
-        write_table(args.table, rows)
+            predicted = read_state(path, args.last_input_frame)
+            for model, training in ranges.items():
+                compared = compare_with_training(predicted.state, training)
+                outside = [name for name, values in compared.items() if values.outside]
+                if outside:
+                    whose = "the training range" if model == THIS_RUN else f"the training range of {model}"
+                    print(f"[{predicted.slurry}] outside {whose}: {', '.join(outside)}")
+                for name, values in compared.items():
+                    row = {"slurry": predicted.slurry, "role": role, "model": model, "quantity": name}
+                    rows.append({**row, **asdict(values), "outside": "yes" if values.outside else "no"})
+        write_table(args.table, rows, COLUMNS)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Train one surrogate on the training set.
 
 In: the training set (HDF5; lengths in um), or for a surrogate that learns from frames the frame stores of the training
-slurries; and the surrogate's settings (JSON).
+slurries; the surrogate's settings (JSON); and a model (.keras) to go on with, if the training is not to start anew.
 Out: the model, and the learning curves (CSV: epoch, loss, mae, val_loss,
 val_mae; um2 for the mean squared errors `loss`, um for the mean absolute errors `mae`).
 
@@ -32,6 +32,7 @@ def add_options(parser: Parser) -> None:
     """Add the options."""
     parser.add_value("--surrogate", f"label of one of: {', '.join(surrogates.NAMES)}")
     parser.add_value("--settings", "JSON; of a VGG16: epochs, batch_size, learning_rate, threads", type=json.loads)
+    parser.add_input("--start-from", "trained model to go on with (.keras); the optimiser is fresh", required=False)
     parser.add_value("--seed", "of the initial weights and the order of the batches", type=int)
     parser.add_value("--work", "work folder: the checkpoint, then the finished model", type=Path)
     parser.add_output("--model", "trained model (.keras)")
@@ -73,11 +74,10 @@ def read_data(
 
 def learned_from(args: Namespace) -> list[Path]:
     """Files that the result depends on."""
-    return (
-        [args.dataset, *(path for _, path in args.held_out)]
-        if args.dataset
-        else [*args.frames, *args.validation_frames]
-    )
+    start = [args.start_from] if args.start_from else []
+    if args.dataset:
+        return [args.dataset, *(path for _, path in args.held_out), *start]
+    return [*args.frames, *args.validation_frames, *start]
 
 
 def code_versions(surrogate: str) -> list[str]:
@@ -96,6 +96,8 @@ def main(args: Namespace) -> None:
     label = surrogates.parse(args.surrogate)
     settings = {**args.settings, **label.settings, "seed": args.seed}
     surrogate, sources = label.surrogate, learned_from(args)
+    if args.start_from:
+        settings["start_from"] = str(args.start_from)
     if surrogate.learns_from == "frames":
         settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame, "phases": args.phases}
     known = [*map(checksum, sources), args.surrogate, settings, *code_versions(label.name)]

@@ -157,7 +157,8 @@ UNKNOWN = [
     (
         "surrogate.vgg16.epoch",
         30,
-        "one of epochs, patience, min_improvement, batch_size, learning_rate, threads (do you mean epochs?)",
+        "one of start_from, epochs, patience, min_improvement, batch_size, learning_rate, threads "
+        "(do you mean epochs?)",
     ),
     ("plot", {}, f"one of {', '.join(CONFIG)} (do you mean report?)"),
     ("formulation.phases.Ni-O", {}, PHASE),
@@ -169,7 +170,9 @@ MISSING = {
     "report": "a section with pictures",
     "dem.steps": STEPS,
     "formulation.phases.8YSZ.density_g_cm3": "a number at least 0.01 and at most 30",
-    "surrogate.vgg16": "a section with epochs, patience, min_improvement, batch_size, learning_rate, threads",
+    "surrogate.vgg16": (
+        "a section with start_from, epochs, patience, min_improvement, batch_size, learning_rate, threads"
+    ),
     f"{NIO}.size_classes[0].number_fraction": "a number above 0 and at most 1",
 }
 # what does not fit together: key, its value, the line without the key, which may be that of another one
@@ -318,9 +321,10 @@ CONFLICTS = [
     # surrogates, slurries and phases that do not exist or do not fit
     (TARGETS, [0.6, 0.4], " = [0.6, 0.4]: must be strictly increasing"),
     (
-        "surrogate.neighbours.cutoff_um",
+        "surrogate.neighbours.cutoff_diameters",
         40,
-        " = 40: must be at most 2.697, half the shortest edge that slurry T2 ends with",
+        " = 40: must be at most 3.166, half the shortest edge that slurry T2 ends with, in mean diameters of its "
+        "particles",
     ),
     (
         "surrogate.neighbours.layers",
@@ -415,7 +419,7 @@ def test_a_tape_in_which_a_particle_would_touch_two_images_of_another(config):
     """With so short a cutoff the slurry itself may be that thin."""
     Path("flat.tsv").write_text(f"{HEADER}T\ttrain\t1\t1\t1\nF\ttest\t0.2\t0.5\t2\n")
     config["slurries"], config["force_field"]["lennard_jones"]["cutoff_factor"] = "flat.tsv", 1.0
-    config["surrogate"]["neighbours"]["cutoff_um"] = 1.2
+    config["surrogate"]["neighbours"]["cutoff_diameters"] = 1.4
     assert check(config) == [
         "formulation.unit_mass_pg: slurry F may dry to a thickness of 1.61 um: must be above 2 um, twice the largest "
         "diameter; or set drying.sources: []"

@@ -44,11 +44,11 @@ def test_readme_has_every_configuration_with_its_scale(path):
     config = shipped(path.stem)
     types = particle_types(config["formulation"]["phases"])
     particles = particle_counts(types, config["formulation"]["unit_mass_pg"]).sum()
-    networks = {"neighbours", "vgg16"} & set(config["surrogate"]["names"])
+    networks = [network for network in ("vgg16", "neighbours") if network in config["surrogate"]["names"]]
     epochs = {network: config["surrogate"][network]["epochs"] for network in networks}
     assert row[1:5] == [
         f"{particles:,}".replace(",", " "),
         f"{config['dem']['steps']:,}".replace(",", " ") if networks else "none",
         f"{config['dem']['timestep_us']:.0e}".replace("e-0", "e-"),
-        " ".join(f"{n}" if network == "vgg16" else f"{n} of `{network}`" for network, n in epochs.items()) or "none",
+        ", ".join(f"{n}" if network == "vgg16" else f"{n} of `{network}`" for network, n in epochs.items()) or "none",
     ]

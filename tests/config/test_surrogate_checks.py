@@ -1,12 +1,21 @@
 """Surrogates in the configuration: trained models, and what follows for one label."""
 
+import json
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from configurations import HEADER
-from slurrycast.config.configuration import check
+from slurrycast.config.composition import wet_composition
+from slurrycast.config.configuration import check, checked_slurries
 from slurrycast.config.label_settings import first_frame_seen, training_needed, without_training
+from slurrycast.config.model_checks import model_warnings, tuning_tests
+from slurrycast.config.physics import physics
+from slurrycast.config.slurry_table import Slurry
+from slurrycast.surrogates import vgg16
+from slurrycast.surrogates.trained_on import KEYS, recipe_of, write_trained_on
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -119,8 +128,150 @@ def test_what_needs_no_training_slurries(config, packing_fraction, expected):
     assert [label for label in labels if without_training(config, label)] == expected
 
 
+@pytest.fixture
+def trained_elsewhere(config) -> Callable[..., None]:
+    """Let a run use a model that was trained on its recipe but for changes of the description."""
+
+    def write(**changes: object) -> None:
+        Path("model.keras").write_text("weights")
+        recipe = recipe_of(physics(wet_composition(config), Slurry("T1", "train", 1, 1, 1)))
+        known = {"surrogate": "vgg16", "model_sha256": "", "slurries": ["T1"], "range": {}, "recipes": [recipe]}
+        known |= {"input_frames": [7, 8, 9, 10], "target_frame": 120, "phases": ["BDPD", "NiO", "8YSZ"]} | changes
+        write_trained_on("trained_on.json", known)
+        config["surrogate"]["models"] = {"vgg16": "model.keras"}
+
+    return write
+
+
+MODEL = 'surrogate.models.vgg16 = "model.keras": '
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({}, None),
+        ({"input_frames": [6, 7, 8, 9]}, "was trained with input frames [6, 7, 8, 9], needed is [7, 8, 9, 10]"),
+        ({"target_frame": 60}, "was trained with target frame 60, needed is 120"),
+        ({"phases": ["NiO", "BDPD"]}, "was trained without a phase 8YSZ: must know all phases"),
+        ({"phases": ["NiO", "BDPD", "8YSZ", "Ag"]}, None),
+        ({"surrogate": "vgg16_relative"}, 'was trained with surrogate "vgg16_relative", needed is "vgg16"'),
+    ],
+)
+def test_a_model_of_other_frames_or_another_surrogate_is_refused(config, trained_elsewhere, changes, line):
+    trained_elsewhere(**changes)
+    assert check(config) == ([] if line is None else [MODEL + line])
+
+
+def test_a_model_of_another_recipe_is_refused_unless_asked_for(config, trained_elsewhere):
+    trained_elsewhere()
+    slurries = checked_slurries(config)
+    assert list(model_warnings(config, slurries)) == []
+    config["force_field"]["granular_hertz"]["friction"] = 0.02
+    config["formulation"]["phases"]["NiO"]["density_g_cm3"] = 6.6
+    differing = "was trained with phases.NiO.density_g_cm3 = 6.67, slurry 1 has 6.6 (and 1 more)"
+    assert check(config) == [f"{MODEL}{differing}: must be the same, or set surrogate.other_recipe: warn"]
+    config["surrogate"]["other_recipe"] = "warn"
+    assert check(config) == []
+    (line,) = model_warnings(config, slurries)
+    assert line.startswith(f"model.keras: {differing}; another recipe too: slurries ")
+
+
+def test_a_model_that_says_nothing_is_used_with_a_warning(config, trained_elsewhere):
+    trained_elsewhere()
+    for content in (None, "{}"):
+        Path("trained_on.json").unlink() if content is None else Path("trained_on.json").write_text(content)
+        assert check(config) == []
+        assert list(model_warnings(config, checked_slurries(config))) == [
+            "model.keras: no trained_on.json beside it: whether vgg16 was trained on this recipe, scale and input "
+            "frames cannot be checked"
+        ]
+    for content, says in (("{", "not readable JSON"), ('{"slurries": []}', "does not say what a model was trained on")):
+        Path("trained_on.json").write_text(content)
+        (line,) = check(config)
+        assert line.startswith(f"{MODEL}trained_on.json: {says}")
+
+
+def test_a_model_to_start_from_has_to_fit(config, monkeypatch):
+    """What does not is said before any job, by its layers and by what it says of itself."""
+    config["surrogate"]["vgg16"]["start_from"] = "other/model.keras"
+    what = 'surrogate.vgg16.start_from = "other/model.keras": '
+    assert check(config) == [f"{what}no such file: must be null or a trained model.keras"]
+    Path("other").mkdir()
+    Path("other/model.keras").write_text("none")
+    (line,) = check(config)
+    assert line.startswith(f"{what}other/model.keras is no Keras model")
+    monkeypatch.setattr(vgg16, "BLOCKS", ())
+    monkeypatch.setattr(vgg16, "DENSE_UNITS", 4)
+    for batch_shape, problem in (
+        ([None, 3, 6], "takes inputs of shape (3, 6), needed is (4, 6)"),
+        ([None, 4, 6], None),
+    ):
+        layers = [("InputLayer", {"name": "frames", "batch_shape": batch_shape})]
+        layers += [("Dense", {"units": units}) for units in (4, 4, 3)]
+        content = {"config": {"layers": [{"class_name": kind, "config": settings} for kind, settings in layers]}}
+        with zipfile.ZipFile("other/model.keras", "w") as archive:
+            archive.writestr("config.json", json.dumps(content))
+        assert check(config) == ([f"{what}{problem}, for vgg16"] if problem else [])
+    known = dict.fromkeys(KEYS) | {
+        "surrogate": "vgg16",
+        "input_frames": [6, 7, 8, 9],
+        "phases": ["BDPD", "NiO", "8YSZ"],
+    }
+    write_trained_on("other/trained_on.json", known)
+    assert check(config) == [f"{what}was trained with input frames [6, 7, 8, 9], needed is [7, 8, 9, 10]"]
+    own = Path("results/demo/models/vgg16/model.keras")
+    own.parent.mkdir(parents=True)
+    own.touch()
+    config["surrogate"]["vgg16"]["start_from"] = str(own)
+    (line,) = check(config)
+    assert line.endswith("must lie outside results/demo/models, which this run writes: choose another run.name")
+
+
 def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
     config["learning"]["input_frames"] = [7, 8, 9, 10]
     config["surrogate"]["neighbours"]["earlier_frames"] = 2
     expected = {"neighbours": 8, "neighbours_f18": 16, "vgg16": 10, "linear": 10}
     assert {label: first_frame_seen(config, label) for label in expected} == expected
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({}, None),
+        ({"slurries": ["T1"]}, 'transfer.slurries = ["T1"]: T1: must be a slurry of role test'),
+        ({"slurries": ["8"]}, 'transfer.slurries = ["8"]: 8: must be a slurry of role test'),
+        ({"counts": [0, 3]}, "transfer.counts = [0, 3]: must be at most 2, those slurries"),
+        (
+            {"slurries": [str(k) for k in range(1, 8)]},
+            'transfer.slurries = ["1", "2", "3", "4", "5", "6", "7"]: must leave a test slurry of their formulation, '
+            "to predict",
+        ),
+        (
+            {"networks": {"affine": None}},
+            'transfer.networks: "affine": must be a network of surrogate.names or evaluation.surrogates',
+        ),
+        (
+            {"networks": {"vgg19": None}},
+            'transfer.networks: "vgg19": must be a network of surrogate.names or evaluation.surrogates',
+        ),
+    ],
+)
+def test_networks_are_tuned_on_test_slurries_of_one_recipe(config, changes, line):
+    settings = {start: {"epochs": 3, "learning_rate": 1e-3} for start in ("stored", "nothing")}
+    study = {"slurries": ["1", "2"], "counts": [0, 1, 2], "networks": {"vgg16": None}} | changes
+    config["transfer"] = study | {"networks": dict.fromkeys(study["networks"], settings)}
+    assert check(config) == ([] if line is None else [line])
+
+
+TWO_RECIPES = [("T", "train", ""), ("A", "test", ""), ("B", "test", "other"), ("C", "test", "other")]
+
+
+def test_slurries_to_tune_on_are_of_one_recipe(config):
+    rows = [f"{id}\t{role}\t1\t1\t{seed}\t{recipe}" for seed, (id, role, recipe) in enumerate(TWO_RECIPES, 1)]
+    Path("mixed.tsv").write_text(HEADER.replace("seed\n", "seed\tformulation\n") + "\n".join(rows))
+    config |= {"slurries": "mixed.tsv", "formulations": {"other": {"expected_density_g_cm3": 2.2}}}
+    config["transfer"] = {"slurries": ["A", "B"], "counts": [1], "networks": {}}
+    assert check(config) == ['transfer.slurries = ["A", "B"]: must be of one formulation']
+    config["transfer"]["slurries"] = ["B"]
+    assert check(config) == []
+    assert tuning_tests(config, checked_slurries(config)) == ["C"]

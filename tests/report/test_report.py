@@ -133,7 +133,7 @@ def results(tmp_path, model, history) -> Results:
     values = {"2": (100, 1.5), "6": (500, 1.4), "N1": (100, 1.5)}
     training_range = pd.DataFrame(
         [
-            (slurry, roles[slurry], *row)
+            (slurry, roles[slurry], "this run", *row)
             for slurry, (particles, density_g_cm3) in values.items()
             for row in (
                 ("particles", particles, 100.0, 100.0, "yes" if slurry == "6" else "no"),
@@ -141,7 +141,7 @@ def results(tmp_path, model, history) -> Results:
                 ("fraction_NiO", 0.61, 0.6, 0.6, "no"),
             )
         ],
-        columns=["slurry", "role", "quantity", "value", "training_min", "training_max", "outside"],
+        columns=["slurry", "role", "model", "quantity", "value", "training_min", "training_max", "outside"],
     )
     measures = ("mse_um2", "mae_um", "r2")
     coordinate_errors = pd.DataFrame(
@@ -377,7 +377,7 @@ def test_slurries_outside_in_the_same_quantities_share_a_notice(results):
     reached = {"2": (200.0, 1.4), "6": (500.0, 1.4), "7": (400.0, 1.2), "8": (50.0, 1.4)}
     ranges = {"particles": (100.0, 150.0), "density_g_cm3": (1.3, 1.5)}
     rows = [
-        (slurry, quantity, value, low, high, "no" if low <= value <= high else "yes")
+        (slurry, "this run", quantity, value, low, high, "no" if low <= value <= high else "yes")
         for slurry, values in reached.items()
         for value, (quantity, (low, high)) in zip(values, ranges.items(), strict=True)
     ]
@@ -396,6 +396,21 @@ def test_a_sound_run_has_no_notices(results):
     assert "No warnings" in page.text
     assert "No predicted slurry lies outside" in page.text
     assert "Table S9" not in page.text
+
+
+def test_training_range_is_that_of_each_model(results):
+    """Radii and densities of phases are shown where a slurry is outside in one of them."""
+    of_phase = results.training_range.assign(quantity="mean_radius_um_NiO", outside="no").drop_duplicates("slurry")
+    of_model = results.training_range.assign(model="net", outside="no")
+    of_model.loc[of_model.slurry == "2", "outside"] = "yes"
+    page = page_of(replace(results, training_range=pd.concat([results.training_range, of_phase, of_model])))
+    head = page.rows.index(["Slurry", "Particles", "Density (g/cm³)", "Number fraction, NiO"])
+    slurries = ["2", "6", "N1"]
+    assert [row[0] for row in page.rows[head + 1 :][:8]] == ["training", *slurries, "training of net", *slurries]
+    assert any("training range of net" in notice for notice in notices_of(page))
+    of_phase.loc[of_phase.slurry == "6", "outside"] = "yes"
+    page = page_of(replace(results, training_range=pd.concat([results.training_range, of_phase])))
+    assert any(row[-1] == "Mean radius, NiO (µm)" for row in page.rows)
 
 
 def test_training_range_is_shown_where_a_slurry_is_outside(results):

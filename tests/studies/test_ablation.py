@@ -113,7 +113,8 @@ def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(tmp_path, labe
     monkeypatch.setattr(vgg16, "BLOCKS", ((4,),))
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
     vgg16.build(4, width).save(tmp_path / "trained.keras")
-    options = {name: tmp_path / file for name, file in (("trained", "trained.keras"), ("model", "out.keras"))}
+    files = {"trained": "trained.keras", "model": "out.keras", "trained_on": "out.json"}
+    options = {name: tmp_path / file for name, file in files.items()}
     options |= {"history": tmp_path / "out.csv", "cost": tmp_path / "cost.json", "input_frames": [7, 8, 9, 10]}
     done = run_script("adopt_model", surrogate=label, **options)
     if width == wanted:

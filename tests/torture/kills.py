@@ -22,7 +22,7 @@ STAGES = {
         "DEM": "generate_inputs run_slurry",
         "extraction": "extract_frames",
         "data set": "assemble_dataset measure_packing",
-        "training": "train_surrogate fit_surrogate",
+        "training": "train_surrogate fit_surrogate describe_model",
         "prediction": "predict_slurry",
         "relaxation": "wrap_slurry relax_slurry",
         "tape": "dry_slurry calibrate_drying measure_drying measure_microstructure tabulate_microstructure"

@@ -128,6 +128,9 @@ def test_tables(results):
     ranges = tables["training_range"]
     quantities = ["particles", "shortest_edge_um", "longest_edge_um", "density_g_cm3", "thickness_ratio"]
     quantities += ["fraction_BDPD", "fraction_NiO", "fraction_8YSZ", "mean_radius_um"]
+    quantities += [
+        f"{name}_{phase}" for phase in ("BDPD", "NiO", "8YSZ") for name in ("mean_radius_um", "density_g_cm3")
+    ]
     assert list(zip(ranges.slurry, ranges.quantity, strict=True)) == list(product([*HELD_OUT, "N1"], quantities))
     of_recipe = ~ranges.quantity.isin(["shortest_edge_um", "longest_edge_um", "density_g_cm3"])
     assert set(ranges.outside[of_recipe]) == {"no"}  # mass, shape and recipe are those of T1 to T3
@@ -353,6 +356,11 @@ def test_new_slurry_with_a_trained_model(project, results):
     report = (one / "report.html").read_text(encoding="utf-8")
     assert "Fig. 6" in report
     assert "trained elsewhere" in report
-    assert "range is not known here" in report
-    assert not (one / "tables" / "training_range.csv").exists()
+    assert "range is not known here" not in report
+    ranges = pd.read_csv(one / "tables" / "training_range.csv").set_index("quantity")
+    assert set(ranges.model) == {"vgg16"}
+    assert set(ranges.outside.drop(["shortest_edge_um", "longest_edge_um", "density_g_cm3"])) == {"no"}
+    assert (one / "models" / "vgg16" / "trained_on.json").read_bytes() == (
+        project / "results" / "tiny" / "models" / "vgg16" / "trained_on.json"
+    ).read_bytes()
     assert pd.read_csv(one / "tables" / "coordinate_errors.csv").empty

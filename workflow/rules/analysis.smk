@@ -67,6 +67,7 @@ rule check_training_range:
     input:
         **code("analysis/check_training_range"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+        adopted=expand(f"{RESULTS}/models/{{surrogate}}/trained_on.json", surrogate=ADOPTED_IN_MAIN),
         predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
     output:
         table=reported("tables/training_range.csv", "training_range", "Tables", table="training range"),
@@ -77,13 +78,14 @@ rule check_training_range:
     conda:
         "../../envs/analysis.yaml"
     params:
+        models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(ADOPTED_IN_MAIN, input.adopted)],
         roles=[SLURRIES[slurry].role for slurry in PREDICTED],
-        phases=PHASES,
         last_input_frame=max(INPUT_FRAMES),
         first_frame_seen=first_frame_seen(),
     shell:
-        "python {input.script:q} --training {input.training:q} --predicted {input.predicted:q} --roles {params.roles:q}"
-        " --phases {params.phases:q} --last-input-frame {params.last_input_frame} --first-frame-seen {params.first_frame_seen}"
+        "python {input.script:q} --training {input.training:q} --models {params.models:q}"
+        " --predicted {input.predicted:q} --roles {params.roles:q}"
+        " --last-input-frame {params.last_input_frame} --first-frame-seen {params.first_frame_seen}"
         " --table {output.table:q} --cost {output.cost:q}"
         " 2>&1 | tee {log:q}"
 

@@ -24,7 +24,8 @@ except environment.InputError as error:
 
 from slurrycast import surrogates
 from slurrycast.config import configuration, dem_checks, derived_runs, exploration, formulations
-from slurrycast.config import label_settings, physics
+from slurrycast.config import label_settings, model_checks, physics
+from slurrycast.surrogates import trained_on
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -52,6 +53,9 @@ WRITTEN = configuration.in_order(config)
 WITH_POINTS = formulations.wet_recipes(exploration.with_points(WRITTEN, POINTS.values()))
 config = {**WITH_POINTS, "formulations": {id: WITH_POINTS["formulations"][id] for id in WRITTEN["formulations"]}}
 SLURRIES = {slurry.id: slurry for slurry in SLURRY_TABLE}
+if workflow.is_main_process:
+    for line in model_checks.model_warnings(config, SLURRY_TABLE):
+        print(line, file=sys.stderr)
 
 TRAINING_NEEDED = label_settings.training_needed(config)
 if not TRAINING_NEEDED:
@@ -80,6 +84,7 @@ KINDS = {text: label.surrogate for text, label in LABELS.items()}
 # Paths of models that were trained elsewhere, by label, and networks that this run trains.
 ADOPTED = {text: path for text, path in label_settings.adopted_models(config).items() if text in LABELS}
 TRAINED = [text for text in LABELS if KINDS[text].is_trained and text not in ADOPTED]
+DESCRIBED = [text for text in LABELS if KINDS[text].is_learned and text not in ADOPTED]
 LEARNED = [text for text in SURROGATES if KINDS[text].is_trained]
 FITTED = [text for text in SURROGATES if KINDS[text].is_fitted]
 SPREADING = [text for text in LABELS if KINDS[text].has_spread]  # with an uncertainty to calibrate
@@ -110,7 +115,8 @@ if config["learning"]["held_out_curves"]:
 PREDICTED = with_role("validation", "test", "new")
 # Slurries with a DEM: those of role `new` only if a surrogate of the main job takes frames from it.
 SIMULATED = [id for id, slurry in SLURRIES.items() if slurry.role != "new" or TRACKED]
-RANGE_KNOWN = bool(TRAINING and TRACKED)  # what takes no frames leaves no range
+ADOPTED_IN_MAIN = [text for text in SURROGATES if text in ADOPTED]
+RANGE_KNOWN = bool((TRAINING or ADOPTED_IN_MAIN) and TRACKED)  # what takes no frames leaves no range
 PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
 EVALUATED = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
@@ -264,6 +270,17 @@ def model_of(label):
     return f"{RESULTS}/models/{label}/{file}" if file else []
 
 
+def descriptions(labels):
+    """Files beside the models of surrogates that say what they were trained on, so that the models can be taken along."""
+    return [f"{RESULTS}/models/{label}/trained_on.json" for label in labels if KINDS[label].is_learned]
+
+
+def phases_of(label):
+    """Names of the phases in the order of their numbers in training, which may have been elsewhere."""
+    known = trained_on.read_trained_on(trained_on.beside(ADOPTED[label])) if label in ADOPTED else None
+    return known["phases"] if known else PHASES
+
+
 def model_costs(labels):
     """Cost records of the models of networks, trained here or elsewhere."""
     stages = {label: "train_surrogate" if label in TRAINED else "adopt_model" for label in labels}
@@ -282,14 +299,20 @@ def shows_held_out(wildcards):
 
 def first_frame_seen():
     """Earliest last input frame that all surrogates of the main job learn from; some move their input frames back."""
-    learned = [label for label in SURROGATES if KINDS[label].is_learned]
+    learned = [label for label in SURROGATES if label in DESCRIBED]
     last = max(INPUT_FRAMES)
     return max((label_settings.first_frame_seen(config, label) for label in learned), default=last)
 
 
 def surrogate_settings(wildcards):
-    """Settings of a surrogate; its variants share them."""
-    return section(config["surrogate"].get(LABELS[wildcards.surrogate].name, {}))
+    """Settings of a surrogate; its variants share them. The model that its training starts from is an input."""
+    settings = config["surrogate"].get(LABELS[wildcards.surrogate].name, {})
+    return section({key: value for key, value in settings.items() if key != "start_from"})
+
+
+def start_of(label):
+    """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
+    return config["surrogate"][LABELS[label].name].get("start_from") or []
 
 
 def goes_on(wildcards):

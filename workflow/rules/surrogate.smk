@@ -7,7 +7,7 @@ REQUIRED INPUTS:
     config[learning], config[surrogate]
 
 OUTPUTS:
-    models/{surrogate}/model.keras and history.csv, or model.json
+    models/{surrogate}/model.keras and history.csv, or model.json; trained_on.json
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
@@ -60,6 +60,7 @@ if TRAINED:
         input:
             unpack(learned_from),
             **code("surrogate/train_surrogate", loads_surrogate=True),
+            start_from=lambda wildcards: start_of(wildcards.surrogate),
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
@@ -80,8 +81,9 @@ if TRAINED:
             seed=config["learning"]["seed"],
             work=lambda wildcards: f"{RESULTS}/models/{wildcards.surrogate}/work",
             learned=learning_options,
+            started=lambda wildcards, input: ["--start-from", input.start_from] if input.start_from else [],
         shell:
-            "python {input.script:q} --surrogate {wildcards.surrogate:q} {params.learned:q}"
+            "python {input.script:q} --surrogate {wildcards.surrogate:q} {params.learned:q} {params.started:q}"
             " --settings {params.settings:q} --seed {params.seed} --work {params.work:q}"
             " --model {output.model:q} --history {output.history:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
@@ -111,6 +113,35 @@ if TRAINING_NEEDED:
             " 2>&1 | tee {log:q}"
 
 
+if DESCRIBED:
+
+    rule describe_model:
+        """Say beside a model what it was trained on; a rule of its own, since no edit of it is a reason to train again."""
+        input:
+            **code("surrogate/describe_model"),
+            model=lambda wildcards: model_of(wildcards.surrogate),
+            frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+        output:
+            trained_on=f"{RESULTS}/models/{{surrogate}}/trained_on.json",
+        log:
+            f"{RESULTS}/logs/describe_model/{{surrogate}}.log",
+        wildcard_constraints:
+            surrogate="|".join(DESCRIBED),
+        localrule: True
+        conda:
+            "../../envs/analysis.yaml"
+        params:
+            input_frames=lambda wildcards: input_frames(wildcards.surrogate),
+            target_frame=TARGET_FRAME,
+            phases=PHASES,
+            first_frame_seen=lambda wildcards: label_settings.first_frame_seen(config, wildcards.surrogate),
+        shell:
+            "python {input.script:q} --surrogate {wildcards.surrogate:q} --model {input.model:q}"
+            " --frames {input.frames:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
+            " --phases {params.phases:q} --first-frame-seen {params.first_frame_seen} --trained-on {output.trained_on:q}"
+            " 2>&1 | tee {log:q}"
+
+
 if ADOPTED:
 
     rule adopt_model:
@@ -121,6 +152,7 @@ if ADOPTED:
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
+            trained_on=f"{RESULTS}/models/{{surrogate}}/trained_on.json",
             cost=f"{RESULTS}/costs/adopt_model/{{surrogate}}.json",
         log:
             f"{RESULTS}/logs/adopt_model/{{surrogate}}.log",
@@ -134,7 +166,7 @@ if ADOPTED:
         shell:
             "python {input.script:q} --surrogate {wildcards.surrogate:q} --trained {input.model:q}"
             " --input-frames {params.input_frames} --model {output.model:q} --history {output.history:q}"
-            " --cost {output.cost:q}"
+            " --trained-on {output.trained_on:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
 
 
@@ -170,7 +202,7 @@ rule predict_slurry:
         settings=surrogate_settings,
         input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         target_frame=TARGET_FRAME,
-        phases=PHASES,
+        phases=lambda wildcards: phases_of(wildcards.surrogate),
         learned=lambda wildcards, input: ["--model", input.model] if input.model else [],
         adopted=lambda wildcards: ["--adopted"] if wildcards.surrogate in ADOPTED else [],
         boxed=lambda wildcards, input: ["--packing", input.packing] if input.packing else [],

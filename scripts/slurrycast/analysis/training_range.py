@@ -1,27 +1,43 @@
-"""The range of the training slurries at the last input frame, and which slurries lie outside it. Pure numpy.
+"""The range of training slurries at the last input frame, and which slurries lie outside it. Pure numpy.
 
 A surrogate interpolates between the slurries that it learned from; of a slurry outside their range it knows nothing.
-The densities of earlier input frames, where these slurries were looser, belong to the range.
+The densities of earlier input frames, where these slurries were looser, belong to the range. So does the composition:
+the share of each phase, its size and its density.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from slurrycast.data.frames import Particles
+from slurrycast.dem.recipe import ParticleType
 
 # Boxes shrink isotropically, so Lz/Lx stays what it was but for rounding: of sums over each step, and of 15 digits.
 RATIO_TOLERANCE = 1e-9
 PHASE_SLACK = 0.5  # a phase has the whole number of particles nearest to its share
-FRACTION_PREFIX = "fraction_"  # before the name of a phase
+FRACTION_PREFIX = "fraction_"  # before the name of a phase, as the next two
+RADIUS_PREFIX = "mean_radius_um_"
+DENSITY_PREFIX = "density_g_cm3_"
+THIS_RUN = "this run"  # whose training slurries, where it is not those of a model that was trained elsewhere
 
 
 @dataclass(frozen=True)
 class State:
-    """A slurry at its last input frame: `edges_um` (3,) are those of its box."""
+    """A slurry at its last input frame.
 
-    particles: Particles
+    Attributes
+    ----------
+    types, counts
+        Particle types of its recipe, and how many particles it has of each, (types,). A small slurry may have none of a
+        rare one.
+    edges_um
+        Those of its box, (3,).
+    density_g_cm3
+        Its density.
+    """
+
+    types: Sequence[ParticleType]
+    counts: np.ndarray
     edges_um: np.ndarray
     density_g_cm3: float
 
@@ -74,40 +90,74 @@ def class_slack(phase: np.ndarray) -> np.ndarray:
     return PHASE_SLACK + 1 - 1 / classes
 
 
-def fraction(particles: Particles, phase: str) -> Value:
-    """Number fraction of a phase; every phase of the slurry may have half a particle more or less."""
-    counts = np.array([np.sum(particles.in_phase(name)) for name in particles.phase_names])
-    is_phase = np.array([float(name == phase) for name in particles.phase_names])
-    return mean_value(is_phase, counts, np.full(len(counts), PHASE_SLACK))
+def exact(value: float, tolerance: float = 0.0) -> Value:
+    """A value that no rounding of particle numbers changes, but for a relative `tolerance`."""
+    return Value(float(value), float(value * (1 - tolerance)), float(value * (1 + tolerance)))
 
 
-def mean_radius_um(particles: Particles, types: np.ndarray) -> Value:
-    """Mean radius over the particles, each of which counts as one; `types` as `types_of` returns them."""
-    phase, radius_um = types.T
-    counts = np.array([np.sum((particles.phase == p) & (particles.radius_um == r)) for p, r in types])
-    return mean_value(radius_um, counts, class_slack(phase))
+def quantities(slurry: State) -> dict[str, Value]:
+    """All that is compared, by name: size, shape, density and composition of a slurry.
 
-
-def types_of(slurries: Iterable[Particles]) -> np.ndarray:
-    """Phase and radius in um (types, 2) of each type of particle that occurs; a small slurry may lack a rare one."""
-    return np.unique(np.concatenate([np.column_stack([each.phase, each.radius_um]) for each in slurries]), axis=0)
-
-
-def quantities(slurry: State, types: np.ndarray) -> dict[str, Value]:
-    """All that is compared, by name: size, shape, density and composition of a slurry."""
-    edges_um, particles = slurry.edges_um, slurry.particles
-    exact = {
-        "particles": len(particles),
-        "shortest_edge_um": edges_um.min(),
-        "longest_edge_um": edges_um.max(),
-        "density_g_cm3": slurry.density_g_cm3,
+    Number fractions and mean radii are means over particles, each of which counts as one. A phase of which the slurry
+    has no particle has a fraction alone.
+    """
+    edges_um, counts = slurry.edges_um, slurry.counts
+    phase = np.array([each.phase for each in slurry.types])
+    radius_um = np.array([each.diameter_um / 2 for each in slurry.types])
+    slack = class_slack(phase)
+    of_phase = {name: phase == name for name in dict.fromkeys(phase.tolist())}
+    totals = np.array([counts[of].sum() for of in of_phase.values()])
+    values = {
+        "particles": exact(counts.sum()),
+        "shortest_edge_um": exact(edges_um.min()),
+        "longest_edge_um": exact(edges_um.max()),
+        "density_g_cm3": exact(slurry.density_g_cm3),
+        "thickness_ratio": exact(edges_um[2] / edges_um[0], RATIO_TOLERANCE),
     }
-    values = {name: Value(float(value), float(value), float(value)) for name, value in exact.items()}
-    ratio = float(edges_um[2] / edges_um[0])
-    values["thickness_ratio"] = Value(ratio, ratio * (1 - RATIO_TOLERANCE), ratio * (1 + RATIO_TOLERANCE))
-    values |= {f"{FRACTION_PREFIX}{phase}": fraction(particles, phase) for phase in particles.phase_names}
-    values["mean_radius_um"] = mean_radius_um(particles, types)
+    for is_phase, name in zip(np.eye(len(totals)), of_phase, strict=True):
+        values[f"{FRACTION_PREFIX}{name}"] = mean_value(is_phase, totals, np.full(len(totals), PHASE_SLACK))
+    values["mean_radius_um"] = mean_value(radius_um, counts, slack)
+    for name, of in of_phase.items():
+        if counts[of].any():
+            values[f"{RADIUS_PREFIX}{name}"] = mean_value(radius_um[of], counts[of], slack[of])
+            (density_g_cm3,) = {each.density_g_cm3 for each in slurry.types if each.phase == name}
+            values[f"{DENSITY_PREFIX}{name}"] = exact(density_g_cm3)
     return values
+
+
+@dataclass(frozen=True)
+class Range:
+    """Least and greatest value of a quantity in training slurries, and the same with room for whole particles."""
+
+    training_min: float
+    training_max: float
+    low: float
+    high: float
+
+
+NONE_OF_IT = Range(0.0, 0.0, 0.0, 0.0)  # number fraction of a phase that no training slurry has
+
+
+def training_range(training: Iterable[State], earlier_g_cm3: Sequence[float] = ()) -> dict[str, Range]:
+    """Range of each quantity in one or more training slurries.
+
+    `earlier_g_cm3` are their densities at input frames before the last one.
+    """
+    found: dict[str, list[Value]] = {}
+    each = [quantities(slurry) for slurry in training]
+    for name in dict.fromkeys(name for values in each for name in values):
+        missing = [Value(0.0, 0.0, 0.0)] if name.startswith(FRACTION_PREFIX) else []
+        found[name] = [value for values in each for value in ([values[name]] if name in values else missing)]
+    found["density_g_cm3"] += [exact(density) for density in earlier_g_cm3]
+    return {
+        name: Range(
+            min(each.value for each in values),
+            max(each.value for each in values),
+            min(each.low for each in values),
+            max(each.high for each in values),
+        )
+        for name, values in found.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -120,31 +170,19 @@ class Compared:
     outside: bool
 
 
-def compare(value: Value, training: Sequence[Value]) -> Compared:
-    """Compare a slurry with the `training` slurries (one or more); it is outside if their ranges do not meet."""
-    low, high = min(each.low for each in training), max(each.high for each in training)
-    return Compared(
-        value.value,
-        min(each.value for each in training),
-        max(each.value for each in training),
-        value.high < low or value.low > high,
-    )
+def compare(value: Value, training: Range) -> Compared:
+    """Compare a slurry with training slurries; it is outside if their ranges do not meet."""
+    outside = value.high < training.low or value.low > training.high
+    return Compared(value.value, training.training_min, training.training_max, outside)
 
 
-def compare_with_training(
-    slurry: State, training: Sequence[State], earlier_g_cm3: Sequence[float] = ()
-) -> dict[str, Compared]:
-    """Compare each quantity of a slurry with the range of the training slurries.
+def compare_with_training(slurry: State, training: Mapping[str, Range]) -> dict[str, Compared]:
+    """Compare each quantity of a slurry with the range of training slurries.
 
-    Parameters
-    ----------
-    slurry, training
-        The slurry, and one or more training slurries.
-    earlier_g_cm3
-        Densities of the training slurries in g/cm3 at input frames before the last one.
+    Of a phase that only one side has, the number fraction is compared.
     """
-    types = types_of(each.particles for each in (slurry, *training))
-    training_quantities = [quantities(each, types) for each in training]
-    ranges = {name: [each[name] for each in training_quantities] for name in training_quantities[0]}
-    ranges["density_g_cm3"] += [Value(density, density, density) for density in earlier_g_cm3]
-    return {name: compare(value, ranges[name]) for name, value in quantities(slurry, types).items()}
+    values = quantities(slurry)
+    fractions = [name for name in (*values, *training) if name.startswith(FRACTION_PREFIX)]
+    values |= {name: exact(0.0) for name in fractions if name not in values}
+    ranges = {**dict.fromkeys(fractions, NONE_OF_IT), **training}
+    return {name: compare(value, ranges[name]) for name, value in values.items() if name in ranges}

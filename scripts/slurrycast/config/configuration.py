@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from slurrycast.config import dem_checks, drying_checks, exploration, surrogate_checks
+from slurrycast.config import dem_checks, drying_checks, exploration, model_checks, surrogate_checks
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.formulations import of_recipe
@@ -35,9 +35,15 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "dem.thermo_every_steps"
     ),
     surrogate_checks.intermediate_targets: "surrogate.neighbours",
+    model_checks.starts: "run surrogate evaluation.surrogates learning.input_frames formulation.phases formulations",
     surrogate_checks.models: "surrogate.names surrogate.models surrogate.packing_fraction evaluation.surrogates",
     surrogate_checks.models_of_this_run: "run surrogate.models",
+    model_checks.models_of_other_training: (
+        "slurries surrogate evaluation.surrogates learning.input_frames learning.target_frame formulation formulations "
+        "force_field drying dem"
+    ),
     surrogate_checks.packing_of_recipes: "slurries formulations surrogate evaluation.surrogates",
+    model_checks.tuning: "slurries transfer surrogate.names evaluation.surrogates",
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation drying convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.extrapolation: "microstructure",

@@ -129,6 +129,13 @@ def shortest_edges(config: Mapping, slurries: Sequence[Slurry]) -> list[tuple[fl
     ]
 
 
+def mean_diameter_um(config: Mapping) -> float:
+    """Mean diameter in um over the particles of the recipe, each of which counts as one."""
+    types = recipe.particle_types(config["formulation"]["phases"])
+    shares = particles_per_pg(types)
+    return sum(share * t.diameter_um for share, t in zip(shares, types, strict=True)) / sum(shares)
+
+
 def box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """No particle interacts with two periodic images of another one."""
     types = recipe.particle_types(config["formulation"]["phases"])

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.config.dem_checks import increasing, shortest_edges
+from slurrycast.config.dem_checks import increasing, mean_diameter_um, shortest_edges
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.label_settings import adopted_models, training_needed, without_training
 from slurrycast.config.schema_errors import shown
@@ -15,7 +15,7 @@ from slurrycast.config.slurry_table import Slurry
 from slurrycast.runtime.files import InputError
 
 
-def _is_file(path: str) -> bool:
+def is_file(path: str) -> bool:
     """Whether a file exists at any text that may be a path."""
     try:
         return Path(path).is_file()
@@ -97,14 +97,15 @@ def result_paths(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
 def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """No particle has two periodic images of another one as neighbours."""
     used = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
-    cutoff_um = config["surrogate"]["neighbours"]["cutoff_um"]
+    cutoff = config["surrogate"]["neighbours"]["cutoff_diameters"]
     if not any(surrogates.family(label) == "neighbours" for label in used) or not slurries:
         return
     edge_um, slurry_id = min(shortest_edges(config, slurries))
-    if cutoff_um > edge_um / 2:
+    half = edge_um / 2 / mean_diameter_um(config)
+    if cutoff > half:
         yield (
-            f"surrogate.neighbours.cutoff_um = {shown(cutoff_um)}: must be at most {edge_um / 2:.4g}, half the "
-            f"shortest edge that slurry {slurry_id} ends with"
+            f"surrogate.neighbours.cutoff_diameters = {shown(cutoff)}: must be at most {half:.4g}, half the shortest "
+            f"edge that slurry {slurry_id} ends with, in mean diameters of its particles"
         )
 
 
@@ -147,7 +148,7 @@ def models(config: Mapping, _) -> Iterator[str]:
         return  # reported by `labels`
     for label, path in adopted_models(config).items():
         key = f"surrogate.models.{label} = {shown(path)}"
-        if not _is_file(path):
+        if not is_file(path):
             yield f"{key}: no such file: must be a trained model.keras"
         if label not in networks:
             known = ", ".join(networks) or "none"
@@ -163,7 +164,7 @@ def models_of_this_run(config: Mapping, _) -> Iterator[str]:
     """Trained models lie outside the folder that the run writes: the rule that copies one would delete it first."""
     written = Path("results") / config["run"]["name"] / "models"
     for label, path in adopted_models(config).items():
-        if _is_file(path) and Path(path).resolve().is_relative_to(written.resolve()):
+        if is_file(path) and Path(path).resolve().is_relative_to(written.resolve()):
             yield (
                 f"surrogate.models.{label} = {shown(path)}: must lie outside {written}, which this run writes: "
                 "choose another run.name"

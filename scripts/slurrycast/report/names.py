@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from slurrycast.analysis.training_range import FRACTION_PREFIX
+from slurrycast.analysis.training_range import DENSITY_PREFIX, FRACTION_PREFIX, RADIUS_PREFIX
 from slurrycast.evaluation.verdicts import MEASURES, group_of
 
 QUANTITY_NAMES = {
@@ -36,12 +36,20 @@ RANGE_QUANTITIES = {
 }
 
 
+RANGE_QUANTITIES_OF_PHASES = {
+    FRACTION_PREFIX: RangeQuantity("Number fraction, {}", "number fraction of {} ", "", ".4f"),
+    RADIUS_PREFIX: RangeQuantity("Mean radius, {} (µm)", "mean particle radius of {} ", " µm", ".4g"),
+    DENSITY_PREFIX: RangeQuantity("Density of {} (g/cm³)", "density of {} ", " g/cm³", ".5g"),
+}
+
+
 def range_quantity(quantity: str) -> RangeQuantity:
     """Name and format of a quantity of tables/training_range.csv; phases are those of the recipe."""
-    if not quantity.startswith(FRACTION_PREFIX):
-        return RANGE_QUANTITIES[quantity]
-    phase = quantity.removeprefix(FRACTION_PREFIX)
-    return RangeQuantity(f"Number fraction, {phase}", f"number fraction of {phase} ", "", ".4f")
+    for prefix, (column, before, unit, form) in RANGE_QUANTITIES_OF_PHASES.items():
+        if quantity.startswith(prefix):
+            phase = quantity.removeprefix(prefix)
+            return RangeQuantity(column.format(phase), before.format(phase), unit, form)
+    return RANGE_QUANTITIES[quantity]
 
 
 def source_name(source: str) -> str:

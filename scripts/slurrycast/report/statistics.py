@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from slurrycast.analysis.temperatures import DENSIFIED
+from slurrycast.analysis.training_range import DENSITY_PREFIX, RADIUS_PREFIX, THIS_RUN
 from slurrycast.evaluation.verdicts import by_verdict, compare
 from slurrycast.report import reference_article as article
 from slurrycast.report.formats import MISSING, number, widest
@@ -55,31 +56,39 @@ def notices(results: Results) -> dict:
         "most_alike": MOST_ALIKE,
         "density_tolerance": DENSITY_TOLERANCE,
         "extrapolations": extrapolations(results),
+        "range_known": range_known(results),
         "adopted": results.adopted,
     }
+
+
+def range_known(results: Results) -> list[str]:
+    """Whose training range is known: that of this run, and labels of models that were trained elsewhere."""
+    return [] if results.training_range is None else list(dict.fromkeys(results.training_range.model))
 
 
 def extrapolations(results: Results) -> list[dict]:
     """In what slurries lie outside the training range, one entry for all that do so on the same sides.
 
-    Each entry has `slurries` and `quantities`: name and format, values, and training range. None where the training
-    range is not known.
+    Each entry has `slurries`, `model` (whose training range it is; none for this run's), and `quantities`: name and
+    format, values, and training range. None where the training range is not known.
     """
     if results.training_range is None:
         return []
     outside = results.training_range[results.training_range.outside == "yes"]
     slurries_by_sides = {}
-    for slurry, rows in outside.groupby("slurry", sort=False):
+    for (model, slurry), rows in outside.groupby(["model", "slurry"], sort=False):
         sides = tuple(zip(rows.quantity, rows.value > rows.training_max, strict=True))
-        slurries_by_sides.setdefault(sides, []).append(slurry)
+        slurries_by_sides.setdefault((model, sides), []).append(slurry)
     entries = []
-    for slurries in slurries_by_sides.values():
-        by_quantity = outside[outside.slurry.isin(slurries)].groupby("quantity", sort=False)
+    for (model, _), slurries in slurries_by_sides.items():
+        of_them = outside[outside.slurry.isin(slurries) & (outside.model == model)]
+        by_quantity = of_them.groupby("quantity", sort=False)
         quantities = [
             {"name": range_quantity(quantity), "reached": rows.value, "training": training_limits(rows)}
             for quantity, rows in by_quantity
         ]
-        entries.append({"slurries": slurries, "quantities": quantities})
+        whose = None if model == THIS_RUN else model
+        entries.append({"slurries": slurries, "model": whose, "quantities": quantities})
     return entries
 
 
@@ -251,19 +260,34 @@ def learning_curves(results: Results, surrogate: str) -> dict | None:
 
 
 def training_range(results: Results) -> dict | None:
-    """The predicted slurries beside the range of the training slurries; what is outside is marked. None without any."""
+    """The predicted slurries beside the range of the training slurries; what is outside is marked. None without any.
+
+    Radii and densities of the phases are there where a slurry is outside in one.
+    """
     table = results.training_range
     if table is None and not results.networks:
         return None
     if table is None or not (table.outside == "yes").any():
-        return {"known": table is not None, "columns": [], "rows": []}
-    by_quantity = {range_quantity(name): rows for name, rows in table.groupby("quantity", sort=False)}
-    rows = [["training", *(training_limits(group) for group in by_quantity.values())]]
-    for slurry in dict.fromkeys(table.slurry):
-        cells = []
-        for quantity, group in by_quantity.items():
-            row = group[group.slurry == slurry].iloc[0]
-            mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
-            cells.append(number(row.value, quantity.form) + mark)
-        rows.append([results.row_name(slurry), *cells])
-    return {"known": True, "columns": [(quantity.column, quantity.form) for quantity in by_quantity], "rows": rows}
+        return {"known": bool(range_known(results)), "columns": [], "rows": []}
+    outside = set(table.quantity[table.outside == "yes"])
+    of_phases = table.quantity.str.startswith((RADIUS_PREFIX, DENSITY_PREFIX))
+    table = table[~of_phases | table.quantity.isin(outside)]
+    names = {name: range_quantity(name) for name in dict.fromkeys(table.quantity)}
+    rows = []
+    for model, of_model in table.groupby("model", sort=False):
+        limits = dict(iter(of_model.groupby("quantity")))
+        head = "training" if model == THIS_RUN else f"training of {model}"
+        rows.append([head, *(training_limits(limits[name]) if name in limits else "-" for name in names)])
+        for slurry, of_slurry in of_model.groupby("slurry", sort=False):
+            by_quantity = {row.quantity: row for row in of_slurry.itertuples()}
+            cells = [range_cell(by_quantity.get(name), quantity.form) for name, quantity in names.items()]
+            rows.append([results.row_name(slurry), *cells])
+    return {"known": True, "columns": [(quantity.column, quantity.form) for quantity in names.values()], "rows": rows}
+
+
+def range_cell(row: tuple | None, form: str) -> str:
+    """A value of a slurry, marked where it is outside; "-" for a quantity that only others have."""
+    if row is None:
+        return "-"
+    mark = (" ▲" if row.value > row.training_max else " ▼") if row.outside == "yes" else ""
+    return number(row.value, form) + mark

@@ -10,6 +10,7 @@ import numpy as np
 
 from slurrycast.data.final_box import scale_of_prediction
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
+from slurrycast.surrogates.stored_model import StoredLayer
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,6 @@ class Surrogate:
         Rule that gives the final box.
     model_file
         "model.keras" if the model is trained, "model.json" if it is fitted in closed form, None if nothing is learned.
-    model_layer
-        Class of a layer that each model.keras of this kind has, if a file is told by that.
     weights_epoch
         Epoch of the weights in model.keras: that of the "lowest" validation loss, or the "last".
     learns_from
@@ -86,14 +85,13 @@ class Surrogate:
     -----
     `settings` are the section of the configuration with the surrogate's name (empty if there is none), the groups
     of the variant, and `seed` in `fit` and `train`; with `learns_from` "frames" also `input_frames` and
-    `target_frame`.
+    `target_frame`. `start_from`, a path, is there where `train` goes on with a stored model.
     """
 
     name: str
     looks_at: str
     box_rule: BoxRule
     model_file: str | None = None
-    model_layer: str | None = None
     weights_epoch: str | None = None
     learns_from: str | None = None
     dem_script: str | None = None
@@ -177,6 +175,29 @@ class Surrogate:
 
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shapes of the inputs of model.keras, by which one that was trained elsewhere is known to fit."""
+        raise NotImplementedError
+
+    def knows(self, layers: Sequence[StoredLayer]) -> bool:
+        """Whether a model.keras with these layers may be one of this kind and version."""
+        return True
+
+    def misfit(self, layers: Sequence[StoredLayer], n_frames: int, n_phases: int, settings: Mapping) -> str | None:
+        """What of a stored model keeps a training from going on with it.
+
+        Parameters
+        ----------
+        layers
+            Its layers.
+        n_frames, n_phases
+            Numbers of input frames, and of phases in all recipes.
+        settings
+            See the class.
+
+        Returns
+        -------
+        str or None
+            The end of a sentence that begins with the model; None if it fits.
+        """
         raise NotImplementedError
 
     def most_steps(self, settings: Mapping) -> int:

@@ -10,8 +10,9 @@ exactly 0, Adamax never moves them, and the layer is a dense one with the centre
 layers are computed and updated in shards, whose arrays make better use of the cache.
 """
 
+import itertools
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ from slurrycast.surrogates.base import SCALE_OF_PREDICTION, Surrogate
 from slurrycast.surrogates.checkpoint import fingerprint, run_epochs, write_history
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 from slurrycast.surrogates.samples import Samples, Standardisation
+from slurrycast.surrogates.stored_model import StoredLayer, input_shapes, stored_layers
 
 if TYPE_CHECKING:
     import keras
@@ -71,6 +73,32 @@ def build(n_frames: int, n_features: int, standardisation: Standardisation | Non
     if standardisation is not None:
         x = layers.Rescaling(standardisation.target_deviation, name="target")(x)
     return Model(inputs, x, name="vgg16")
+
+
+def misfit(layers: Sequence[StoredLayer], shape: Sequence[int], standardised: bool) -> str | None:
+    """What of the layers of a stored model is not as `build` makes them for inputs (frames, features)."""
+    (has, *others) = input_shapes(layers).values() or [None]
+    if others or has != tuple(shape):
+        return f"takes inputs of shape {has}, needed is {tuple(shape)}"
+    units = [layer.config.get("filters", layer.config.get("units")) for layer in layers]
+    if [n for n in units if n is not None] != [*itertools.chain(*BLOCKS), DENSE_UNITS, DENSE_UNITS, 3]:
+        return "has other layers than the published network"
+    if any(layer.kind == "Normalization" for layer in layers) != standardised:
+        return f"does {'not standardise' if standardised else 'standardise'} its inputs"
+    return None
+
+
+def started(path: str, standardised: bool, shape: Sequence[int]) -> "keras.Model":
+    """Read the model that a training goes on with. InputError if it does not fit."""
+    if problem := misfit(stored_layers(path), shape, standardised):
+        raise InputError(f"{path}: {problem}")
+    return read_model(path)
+
+
+def standardisation_of(model: "keras.Model") -> Standardisation:
+    """The standardisation that is in a model."""
+    inputs, target = model.get_layer("standardised").get_config(), model.get_layer("target").get_config()
+    return Standardisation(np.array(inputs["mean"]), np.sqrt(inputs["variance"]), float(target["scale"]))
 
 
 def trained_parts(plain: "keras.Model", weights: list[np.ndarray]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
@@ -236,7 +264,8 @@ def train(
         Whether the network sees samples by the mean and deviation of the training part. The model that is written does
         this by itself.
     settings
-        epochs, batch_size, learning_rate, threads, seed; patience and min_improvement (`checkpoint.has_settled`).
+        epochs, batch_size, learning_rate, threads, seed; patience and min_improvement (`checkpoint.has_settled`);
+        start_from, the path of a model to go on with, if any.
     folder
         See `Surrogate.train`.
     held_out
@@ -250,7 +279,7 @@ def train(
     Raises
     ------
     InputError
-        If a setting is missing.
+        If a setting is missing, or the stored model does not fit.
     RunError
         If the loss is not finite.
     """
@@ -259,7 +288,11 @@ def train(
             raise InputError(f"{name}: setting {key} is {settings.get(key)}, it must be above 0")
     make_deterministic(settings["seed"], settings["threads"])
     standardisation = Standardisation.fitted(samples) if standardised else None
-    plain = build(*samples.features.shape[1:], standardisation)
+    if path := settings.get("start_from"):
+        plain = started(path, standardised, samples.features.shape[1:])
+        standardisation = standardisation_of(plain) if standardised else None
+    else:
+        plain = build(*samples.features.shape[1:], standardisation)
     trainer = Trainer(plain, settings["learning_rate"])
     held_out = held_out or {}
     known = [samples, *(of_set for of_set, _ in held_out.values())]
@@ -328,6 +361,12 @@ class Vgg16(Surrogate):
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES))}
+
+    def misfit(self, layers: Sequence[StoredLayer], n_frames: int, n_phases: int, settings: Mapping) -> str | None:
+        """What of the layers of a stored model does not fit; see `misfit`."""
+        return misfit(
+            layers, self.input_shapes(n_frames, settings)["features"], settings.get("change") == "standardised"
+        )
 
     def train(
         self, data: TrainingSet, settings: Mapping, folder: Path, held_out: Mapping[str, TrainingSet] | None = None

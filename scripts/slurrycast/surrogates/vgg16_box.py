@@ -19,7 +19,7 @@ hold the error of its box too.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,7 @@ from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 from slurrycast.surrogates.samples import Samples
+from slurrycast.surrogates.stored_model import StoredLayer
 
 
 def network_inputs(history: np.ndarray, edges_um: np.ndarray, change: str | None) -> np.ndarray:
@@ -83,6 +84,10 @@ class Vgg16Box(Surrogate):
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shape of what the network takes of a particle: frames, features."""
         return {"features": (n_frames, len(FEATURE_NAMES) + 3 * (settings.get("change") != "nobox"))}
+
+    def misfit(self, layers: Sequence[StoredLayer], n_frames: int, n_phases: int, settings: Mapping) -> str | None:
+        """What of the layers of a stored model does not fit; see `vgg16.misfit`."""
+        return vgg16.misfit(layers, self.input_shapes(n_frames, settings)["features"], True)
 
     def train(
         self, data: TrainingSet, settings: Mapping, folder: Path, held_out: Mapping[str, TrainingSet] | None = None

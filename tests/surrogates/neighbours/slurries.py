@@ -21,7 +21,7 @@ SETTINGS = {
     "layers": 2,
     "width": 8,
     "vectors": 4,
-    "cutoff_um": 1.6,
+    "cutoff_diameters": 2.0,
     "earlier_frames": 1,
     "intermediate_targets": [0.08],  # at the next frame
     "input_frames": [8, 9, 10],
@@ -32,7 +32,7 @@ SETTINGS = {
 EDGES_UM = np.array([4.2, 4.2, 6.3])
 SHRINKAGE = (1.3, 1.25, 1.22)  # of the edges at three input frames
 PHASES = ("BDPD", "NiO", "8YSZ")
-SHAPE = {"n_scalars": 11, "n_past": 2, "shares": [0.5, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+SHAPE = {"n_scalars": 11, "n_past": 2, "shares": [0.5, 1.0], "width": 8, "n_vectors": 4, "cutoff": 2.0}
 
 
 def slurry(n=60, seed=0) -> tuple[np.ndarray, np.ndarray]:

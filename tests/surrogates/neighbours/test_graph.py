@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pytest
 from MDAnalysis.lib.distances import self_capped_distance
-from slurries import EDGES_UM, answer, slurry
+from slurries import EDGES_UM, answer, particles_of, slurry
 
 from slurrycast.data.neighbour_search import neighbour_pairs
 from slurrycast.data.periodic import minimum_image
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.neighbours.graph import checked_pairs
+from slurrycast.surrogates.neighbours.graph import checked_pairs, mean_diameter_um
 
 
 @pytest.mark.parametrize("cutoff_um", [0.9, 1.6, 2.1])  # up to half the shortest edge
@@ -51,13 +51,15 @@ def test_particle_on_the_face_of_the_box():
 def test_cutoff_beyond_half_the_box_is_refused(model):
     history, edges_um = slurry()
     with pytest.raises(InputError) as error:
-        answer(model, history, edges_um, np.array([4.2, 3.1, 6.3]), cutoff_um=1.5)  # that of the model counts, 1.6
+        answer(model, history, edges_um, np.array([4.2, 3.1, 6.3]), cutoff_diameters=1.5)  # that of the model counts, 2
+    half = 1.55 / mean_diameter_um(particles_of(history))
     assert str(error.value) == (
-        "surrogate.neighbours.cutoff_um = 1.6: must be at most 1.55, half the shortest edge of the final box"
+        f"surrogate.neighbours.cutoff_diameters = 2: must be at most {half:.4g}, half the shortest edge of the final "
+        "box"
     )
 
 
 def test_cutoff_without_neighbours_is_refused():
     place_um = np.array([[0.0, 0, 0], [1, 1, 1]])
-    with pytest.raises(InputError, match=r"cutoff_um = 0\.5: must be above the distance of the closest particles"):
+    with pytest.raises(InputError, match=r"cutoff_diameters = 0\.5: must be above the distance of the closest"):
         checked_pairs(place_um, EDGES_UM, 0.5)

@@ -9,20 +9,20 @@ from slurrycast.data.neighbour_search import neighbour_pairs
 from slurrycast.report.network_table import read_network
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.neighbours import answers
-from slurrycast.surrogates.neighbours.graph import INPUTS, slurry_graph
-from slurrycast.surrogates.neighbours.network import DISTANCES_UM, Interaction, build, joined, tensors
+from slurrycast.surrogates.neighbours.graph import INPUTS, mean_diameter_um, slurry_graph
+from slurrycast.surrogates.neighbours.network import DISTANCES, Interaction, build, joined, tensors
 
 
 @pytest.mark.parametrize("n_members", [1, 3])
 def test_stored_members_answer_as_the_networks_that_they_were(tmp_path, n_members):
-    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.4, 0.4, 0.8, 1.0], "width": 8, "n_vectors": 4, "cutoff_um": 1.6}
+    shape = {"n_scalars": 11, "n_past": 2, "shares": [0.4, 0.4, 0.8, 1.0], "width": 8, "n_vectors": 4, "cutoff": 2.0}
     network = build(**shape, name="net")
     draw = np.random.default_rng(6)
     members = [
         [draw.normal(0, 0.3, variable.shape) for variable in network.trainable_variables] for _ in range(n_members)
     ]
     history, edges_um = slurry()
-    seen = slurry_graph(particles_of(history), frames_of(history, edges_um), EDGES_UM, 1.6)
+    seen = slurry_graph(particles_of(history), frames_of(history, edges_um), EDGES_UM, 2.0)
     inputs = tensors(seen)
     joined(shape, members).save(tmp_path / "model.keras")
     loaded = keras.saving.load_model(tmp_path / "model.keras", safe_mode=True)
@@ -101,16 +101,28 @@ def test_slurry_repeated_in_space_gets_the_same_answer_in_each_copy(model, asked
 def test_neighbours_come_and_go_without_a_jump(model):
     """A particle that crosses the cutoff of another changes nothing at once."""
     history, edges_um = slurry()
-    receivers, senders, separation_um = neighbour_pairs(history[:, -1, 2:5] / edges_um[-1] * EDGES_UM, EDGES_UM, 1.6)
+    cutoff_um = 2.0 * mean_diameter_um(particles_of(history))
+    affine_um = history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
+    receivers, senders, separation_um = neighbour_pairs(affine_um, EDGES_UM, cutoff_um)
     distance_um = np.linalg.norm(separation_um, axis=1)
     edge = int(np.argmax(distance_um))
     direction = separation_um[edge] / distance_um[edge]
     answers = []
-    for distance in (1.6 - 1e-6, 1.6 + 1e-6):
+    for distance in (cutoff_um - 1e-6, cutoff_um + 1e-6):
         moved = history.copy()
         moved[senders[edge], :, 2:5] += direction * (distance - distance_um[edge]) / EDGES_UM * edges_um
         answers.append(answer(model, moved, edges_um)[0][receivers[edge]])
     np.testing.assert_allclose(*answers, atol=1e-3)
+
+
+@pytest.mark.parametrize("factor", [0.1, 3.7])
+def test_powder_that_is_coarser_by_a_factor_moves_farther_by_it(model, asked, factor):
+    history, edges_um, position_um, spread_um = asked
+    coarse = history.copy()
+    coarse[..., 1:5] *= factor
+    coarse_um, coarse_spread_um = answer(model, coarse, factor * edges_um, factor * EDGES_UM)
+    np.testing.assert_allclose(coarse_um / factor, position_um, atol=1e-5)
+    np.testing.assert_allclose(coarse_spread_um / factor, spread_um, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("share", "scale"), [(0.0, 1.2), (0.5, np.sqrt(1.2))])
@@ -121,19 +133,19 @@ def test_gap_is_that_in_the_box_of_the_time(share, scale):
     rng = np.random.default_rng(0)
     for weights in layer.weights:
         weights.assign(rng.normal(0, 0.3, weights.shape))
-    n_distances = len(DISTANCES_UM)
+    n_distances = len(DISTANCES)
     seen = layer.of_places.kernel.numpy()
     seen[:n_distances] = seen[-3:-1] = 0  # deaf to the distance itself
     layer.of_places.kernel.assign(seen)
     left = np.full(2, -3 * np.log(1.2), dtype=np.float32)
-    state, vectors, moved_um = np.ones((2, 8), "f4"), np.zeros((2, 3, 4), "f4"), np.zeros((2, 3), "f4")
+    state, vectors, moved = np.ones((2, 8), "f4"), np.zeros((2, 3, 4), "f4"), np.zeros((2, 3), "f4")
 
-    def answer(distance_um, radius_um, left):
-        apart = np.array([[distance_um, 0, 0], [-distance_um, 0, 0]], "f4")
-        layer.cutoff_um = 1.6 * distance_um  # whose envelope would tell the distance
-        radii_um = np.full(2, radius_um, "f4")
+    def answer(distance, radius, left):
+        apart = np.array([[distance, 0, 0], [-distance, 0, 0]], "f4")
+        layer.cutoff = 1.6 * distance  # whose envelope would tell the distance
+        radii = np.full(2, radius, "f4")
         pairs = np.array([0, 1], "i4"), np.array([1, 0], "i4")
-        return layer.call(state, vectors, moved_um, radii_um, left, *pairs, apart)[0].numpy()
+        return layer.call(state, vectors, moved, radii, left, *pairs, apart)[0].numpy()
 
     touching = answer(0.8 / scale, 0.4, left)
     np.testing.assert_allclose(touching, answer(0.8, 0.4, np.zeros(2, "f4")), atol=1e-4)

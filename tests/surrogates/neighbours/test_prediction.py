@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from slurries import EDGES_UM, PHASES, SETTINGS, answer, prediction_input, slurry
+from slurries import EDGES_UM, PHASES, SETTINGS, answer, particles_of, prediction_input, slurry
 
 from slurrycast.runtime.files import InputError
 from slurrycast.surrogates import neighbours
 from slurrycast.surrogates.neighbours import Neighbours
+from slurrycast.surrogates.neighbours.graph import mean_diameter_um
 from slurrycast.surrogates.neighbours.network import build
 
 
@@ -17,28 +18,31 @@ from slurrycast.surrogates.neighbours.network import build
 def members_answer(monkeypatch):
     """Let each member answer the same for all particles."""
 
-    def put(moved_um: tuple[float, ...], log_variance: float) -> None:
+    def put(moved: tuple[float, ...], log_variance: float) -> None:
         def answers(_, seen):
-            n = len(seen.radius_um)
-            return np.broadcast_to(np.array(moved_um, float), (n, 2, 3)), np.full((n, 2, 1), log_variance)
+            n = len(seen.radius)
+            return np.broadcast_to(np.array(moved, float), (n, 2, 3)), np.full((n, 2, 1), log_variance)
 
         monkeypatch.setattr(neighbours, "answers", answers)
 
     return put
 
 
-@pytest.mark.parametrize(("log_variance", "spread_um"), [(40.0, 1.0), (1000.0, 1.0), (-40.0, 0.01), (-4.0, np.exp(-2))])
-def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, members_answer, log_variance, spread_um):
+@pytest.mark.parametrize(("log_variance", "spread"), [(40.0, 1.2), (1000.0, 1.2), (-40.0, 0.012), (-4.0, np.exp(-2))])
+def test_spread_of_a_member_is_between_what_can_be_known_and_a_diameter(model, members_answer, log_variance, spread):
     members_answer((0, 0, 0), log_variance)
-    np.testing.assert_allclose(answer(model, *slurry())[1], spread_um)
+    history, edges_um = slurry()
+    diameter_um = mean_diameter_um(particles_of(history))
+    np.testing.assert_allclose(answer(model, history, edges_um)[1], spread * diameter_um)
 
 
-@pytest.mark.parametrize(("moved_um", "found_um"), [((0, 0.3, 0.4), (0, 0.3, 0.4)), ((0, 24, -32), (0, 1.2, -1.6))])
-def test_no_member_moves_a_particle_farther_than_any_went(model, members_answer, moved_um, found_um):
-    members_answer(moved_um, -4.0)
+@pytest.mark.parametrize(("moved", "found"), [((0, 0.3, 0.4), (0, 0.3, 0.4)), ((0, 24, -32), (0, 1.44, -1.92))])
+def test_no_member_moves_a_particle_farther_than_any_went(model, members_answer, moved, found):
+    members_answer(moved, -4.0)
     history, edges_um = slurry()
     affine_um = history[:, -1, 2:5] / edges_um[-1] * EDGES_UM
-    np.testing.assert_allclose(answer(model, history, edges_um)[0] - affine_um, [found_um] * 60, atol=1e-12)
+    moved_um = answer(model, history, edges_um)[0] - affine_um
+    np.testing.assert_allclose(moved_um / mean_diameter_um(particles_of(history)), [found] * 60, atol=1e-12)
 
 
 def test_models_that_do_not_fit_are_refused(model, tmp_path):
@@ -78,6 +82,7 @@ def adopt(run_main, tmp_path):
 
     def run(trained, frames):
         options = {"trained": trained, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
+        options["trained_on"] = tmp_path / "trained_on.json"
         run_main("adopt_model", surrogate="neighbours", **options, cost=tmp_path / "c.json", input_frames=frames)
 
     return run
@@ -86,6 +91,7 @@ def adopt(run_main, tmp_path):
 def test_trained_network_is_adopted(adopt, model, tmp_path):
     adopt(model, [8, 9, 10])
     assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
+    assert (tmp_path / "trained_on.json").read_text() == "{}\n"  # nothing is known of it
 
 
 def test_network_of_other_input_frames_or_another_kind_is_not_adopted(adopt, model, tmp_path):

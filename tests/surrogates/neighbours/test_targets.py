@@ -57,13 +57,13 @@ def test_layers_are_asked_for_where_particles_are_on_the_way():
     """The last estimate is the answer, and the targets are places in the final box."""
     seen = trajectory("T1", 1)
     example = make_example(seen, [8, 9, 10], SETTINGS)
-    assert example.moved_um.shape == (2, 60, 3)
+    assert example.moved.shape == (2, 60, 3)
     scaled = {number: frame.position_um / frame.edges_um for number, frame in seen.frames.items()}
     log_volume = {number: np.log(edges_um).sum() for number, edges_um in seen.edges_um.items()}
     part = 0.08 * (log_volume[120] - log_volume[10]) / (log_volume[11] - log_volume[10])
     assert 0.2 < part < 1
     for moved_um, there in zip(
-        example.moved_um, ((1 - part) * scaled[10] + part * scaled[11], scaled[120]), strict=True
+        example.moved * example.diameter_um, ((1 - part) * scaled[10] + part * scaled[11], scaled[120]), strict=True
     ):
         expected = there * EDGES_UM - example.graph.affine_um
         np.testing.assert_allclose(moved_um, expected - expected.mean(axis=0), atol=1e-6)

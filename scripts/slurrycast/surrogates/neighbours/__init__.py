@@ -1,10 +1,11 @@
 """Message passing between neighbours: what the affine prediction of a slurry has to be moved by, and how sure that is.
 
-A particle of the affine prediction (the last input frame in the final box) hears from all within `cutoff_um` of it, by
-the nearest periodic image. Nodes know phase, radius, contacts in the input frames, by how far they left the affine map
-from each input frame to the next, how much the box has still to shrink and how fast it does; edges know distance, the
-gap between surfaces in the box of the time that a layer stands for, and the relative motion. The network (network.py)
-answers with a displacement in um and the logarithm of its variance. Absolute places never enter.
+A particle of the affine prediction (the last input frame in the final box) hears from all within `cutoff_diameters` of
+it, by the nearest periodic image. Nodes know phase, radius, contacts in the input frames, by how far they left the
+affine map from each input frame to the next, how much the box has still to shrink and how fast it does; edges know
+distance, the gap between surfaces in the box of the time that a layer stands for, and the relative motion. The network
+(network.py) answers with a displacement and the logarithm of its variance. Absolute places never enter, and all lengths
+are in mean diameters of the slurry's particles.
 
 It learns from whole slurries, from their input frames and from the same number of frames that end up to
 `earlier_frames` before these, one of these windows at random in each epoch: the same way to the same end, and as loose
@@ -28,15 +29,17 @@ from slurrycast.runtime.files import InputError
 from slurrycast.surrogates.backend import read_model, start_keras
 from slurrycast.surrogates.base import MEAN_PACKING_FRACTION, Surrogate
 from slurrycast.surrogates.neighbours import targets
-from slurrycast.surrogates.neighbours.graph import Graph, slurry_graph
-from slurrycast.surrogates.neighbours.training import train
+from slurrycast.surrogates.neighbours.graph import Graph, mean_diameter_um, slurry_graph
+from slurrycast.surrogates.neighbours.training import misfit, network_shape, train
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
+from slurrycast.surrogates.stored_model import StoredLayer
 
 if TYPE_CHECKING:
     from slurrycast.surrogates.neighbours.network import Ensemble
 
-LEAST_SPREAD_UM, LARGEST_SPREAD_UM = 0.01, 1.0  # of a member: finer is not to be known, a diameter is no place at all
-LARGEST_MOVE_UM = 2.0  # of a member: no particle of the training slurries leaves its affine place by more
+# In mean diameters.
+LEAST_SPREAD, LARGEST_SPREAD = 0.012, 1.2  # of a member: finer is not to be known, a diameter is no place at all
+LARGEST_MOVE = 2.4  # of a member: no particle of the training slurries leaves its affine place by more
 COMPILED_FROM = 30_000  # particles times members: a compiled prediction takes half as long, but seconds to compile
 
 
@@ -50,7 +53,6 @@ class Neighbours(Surrogate):
     )
     box_rule = MEAN_PACKING_FRACTION
     model_file = "model.keras"
-    model_layer = "Ensemble"
     weights_epoch = "last"
     learns_from = "frames"
     least_frames = 2  # motion is a difference of two
@@ -59,6 +61,17 @@ class Neighbours(Surrogate):
     def input_shapes(self, n_frames: int, settings: Mapping) -> dict[str, tuple[int, ...]]:
         """Shape of the input that tells how many frames a network was trained on."""
         return {"past": (3, n_frames - 1)}
+
+    def knows(self, layers: Sequence[StoredLayer]) -> bool:
+        """Whether a model has the ensemble of this version, whose lengths are in mean diameters."""
+        return any(layer.kind == "Ensemble" and "cutoff" in layer.config.get("shape", ()) for layer in layers)
+
+    def misfit(self, layers: Sequence[StoredLayer], n_frames: int, n_phases: int, settings: Mapping) -> str | None:
+        """What of the ensemble of a stored model does not fit; see `training.misfit`."""
+        if not self.knows(layers):
+            return "is no model of neighbours, or one of an earlier version"
+        (ensemble,) = (layer.config for layer in layers if layer.kind == "Ensemble")
+        return misfit(ensemble["shape"], ensemble["n_members"], network_shape(settings, n_frames, n_phases), settings)
 
     needed_frames = staticmethod(targets.needed_frames)
 
@@ -79,15 +92,15 @@ class Neighbours(Surrogate):
         the file is no model of this kind or does not fit the input.
         """
         ensemble = read_ensemble(model_path, inputs)
-        graph = slurry_graph(inputs.particles, inputs.frames, inputs.final_edges_um, ensemble.shape["cutoff_um"])
-        moved_um, log_variance = answers(ensemble, graph)
+        graph = slurry_graph(inputs.particles, inputs.frames, inputs.final_edges_um, ensemble.shape["cutoff"])
+        moved, log_variance = answers(ensemble, graph)
         # bounded, since of a neighbourhood unlike all that it learned from a network may expect anything
-        length_um = np.linalg.norm(moved_um, axis=2, keepdims=True)
-        moved_um = moved_um * (LARGEST_MOVE_UM / np.maximum(length_um, LARGEST_MOVE_UM))
-        bounds = 2 * np.log(LEAST_SPREAD_UM), 2 * np.log(LARGEST_SPREAD_UM)
-        member_um2 = np.exp(np.clip(log_variance, *bounds))
-        variance_um2 = member_um2.mean(axis=1) + moved_um.var(axis=1)
-        return Prediction(graph.affine_um + moved_um.mean(axis=1), spread_um=np.sqrt(variance_um2))
+        length = np.linalg.norm(moved, axis=2, keepdims=True)
+        moved = moved * (LARGEST_MOVE / np.maximum(length, LARGEST_MOVE))
+        bounds = 2 * np.log(LEAST_SPREAD), 2 * np.log(LARGEST_SPREAD)
+        variance = np.exp(np.clip(log_variance, *bounds)).mean(axis=1) + moved.var(axis=1)
+        diameter_um = mean_diameter_um(inputs.particles)
+        return Prediction(graph.affine_um + diameter_um * moved.mean(axis=1), spread_um=diameter_um * np.sqrt(variance))
 
 
 def read_ensemble(model_path: str | Path, inputs: PredictionInput) -> "Ensemble":
@@ -111,7 +124,7 @@ def read_ensemble(model_path: str | Path, inputs: PredictionInput) -> "Ensemble"
 
 
 def answers(ensemble: "Ensemble", graph: Graph) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (n, members, 3) in um and logarithms of variances (n, members, 1) of all members.
+    """Displacements (n, members, 3) and logarithms of variances (n, members, 1) of all members.
 
     The members answer one after the other, since each needs a GB for 15000 particles, and by one traced graph of
     operations. That takes seconds to make, but unlike layers called one by one it forgets what it needs no more.
@@ -124,7 +137,7 @@ def answers(ensemble: "Ensemble", graph: Graph) -> tuple[np.ndarray, np.ndarray]
     answer = tf.function(
         lambda weights, *inputs: ensemble.answer(weights, list(inputs)),
         input_signature=[tf.TensorSpec(members.shape[1:]), *signature(ensemble.network)],
-        jit_compile=len(members) * len(graph.radius_um) > COMPILED_FROM,
+        jit_compile=len(members) * len(graph.radius) > COMPILED_FROM,
     )
     inputs = tensors(graph)
     outputs = [[output.numpy().astype(float) for output in answer(weights, *inputs)] for weights in members]

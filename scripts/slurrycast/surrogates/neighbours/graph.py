@@ -1,4 +1,7 @@
-"""A slurry as a graph: what the network is told of its particles and of the pairs of neighbours."""
+"""A slurry as a graph: what the network is told of its particles and of the pairs of neighbours.
+
+Lengths are in mean diameters of the slurry's particles: a powder that is coarser throughout looks the same.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +14,10 @@ from slurrycast.runtime.files import InputError
 
 # What the network is fed is of order 1 by these fixed scales. Standardised by the training set, the volume ratio would
 # be a name of each slurry, which a network learns by heart.
-TYPICAL_RADIUS_UM, RADIUS_RANGE_UM, TYPICAL_CONTACTS, TYPICAL_STEP_UM = 0.4, 0.2, 4.0, 0.05
+TYPICAL_RADIUS, RADIUS_RANGE, TYPICAL_CONTACTS, TYPICAL_STEP = 0.47, 0.235, 4.0, 0.0587
 TYPICAL_SHRINKAGE = 0.1  # of the logarithm of the volume from one frame to the next
-INPUTS = ("scalars", "past", "radius_um", "receivers", "senders", "separation_um")
-PAIR_INPUTS = ("receivers", "senders", "separation_um")
+INPUTS = ("scalars", "past", "radius", "receivers", "senders", "separation")
+PAIR_INPUTS = ("receivers", "senders", "separation")
 
 
 @dataclass(frozen=True)
@@ -27,40 +30,45 @@ class Graph:
         (n, phases + 2 frames + 2), in typical values.
     past
         Displacements beyond the affine map in typical values, (n, 3, frames - 1).
-    radius_um
+    radius
         (n,).
     receivers, senders
         Particles of each pair, (m,) each, sorted by receiver.
-    separation_um
+    separation
         From receiver to sender, (m, 3).
     affine_um
-        The affine prediction, (n, 3).
+        The affine prediction, (n, 3), in um.
     """
 
     scalars: np.ndarray
     past: np.ndarray
-    radius_um: np.ndarray
+    radius: np.ndarray
     receivers: np.ndarray
     senders: np.ndarray
-    separation_um: np.ndarray
+    separation: np.ndarray
     affine_um: np.ndarray
 
 
-def checked_pairs(position_um: np.ndarray, edges_um: np.ndarray, cutoff_um: float) -> tuple[np.ndarray, ...]:
-    """Pairs as `neighbour_search.neighbour_pairs` gives them, (m,), (m,) and (m, 3).
+def mean_diameter_um(particles: Particles) -> float:
+    """Mean diameter over the particles, each of which counts as one: the unit of length of the network."""
+    return float(2 * particles.radius_um.mean())
+
+
+def checked_pairs(position: np.ndarray, edges: np.ndarray, cutoff: float) -> tuple[np.ndarray, ...]:
+    """Pairs as `neighbour_search.neighbour_pairs` gives them, (m,), (m,) and (m, 3), all lengths in mean diameters.
 
     InputError if the cutoff is above half the shortest edge, or so short that there are no pairs.
     """
-    if cutoff_um > edges_um.min() / 2:
+    if cutoff > edges.min() / 2:
         raise InputError(
-            f"surrogate.neighbours.cutoff_um = {cutoff_um:g}: must be at most {edges_um.min() / 2:.4g}, half the "
+            f"surrogate.neighbours.cutoff_diameters = {cutoff:g}: must be at most {edges.min() / 2:.4g}, half the "
             "shortest edge of the final box"
         )
-    pairs = neighbour_pairs(position_um, edges_um, cutoff_um)
+    pairs = neighbour_pairs(position, edges, cutoff)
     if not len(pairs[0]):
         raise InputError(
-            f"surrogate.neighbours.cutoff_um = {cutoff_um:g}: must be above the distance of the closest particles, "
-            "no two are neighbours"
+            f"surrogate.neighbours.cutoff_diameters = {cutoff:g}: must be above the distance of the closest "
+            "particles, no two are neighbours"
         )
     return pairs
 
@@ -70,7 +78,7 @@ def scaled_places(frame: Frame) -> np.ndarray:
     return frame.position_um / frame.edges_um
 
 
-def slurry_graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndarray, cutoff_um: float) -> Graph:
+def slurry_graph(particles: Particles, frames: Sequence[Frame], final_edges_um: np.ndarray, cutoff: float) -> Graph:
     """Graph of a slurry.
 
     Parameters
@@ -81,28 +89,30 @@ def slurry_graph(particles: Particles, frames: Sequence[Frame], final_edges_um: 
         Input frames in their order.
     final_edges_um
         Edges (3,) of the final box.
-    cutoff_um
-        Largest distance between neighbours in the affine prediction.
+    cutoff
+        Largest distance between neighbours in the affine prediction, in mean diameters.
     """
-    affine_um = np.stack([scaled_places(frame) * final_edges_um for frame in frames], axis=1)
-    past_um = np.diff(affine_um, axis=1)
-    past_um -= past_um.mean(axis=0)
-    receivers, senders, separation_um = checked_pairs(affine_um[:, -1], final_edges_um, cutoff_um)
+    diameter_um = mean_diameter_um(particles)
+    radius, final_edges = particles.radius_um / diameter_um, final_edges_um / diameter_um
+    affine = np.stack([scaled_places(frame) * final_edges for frame in frames], axis=1)
+    past = np.diff(affine, axis=1)
+    past -= past.mean(axis=0)
+    receivers, senders, separation = checked_pairs(affine[:, -1], final_edges, cutoff)
     log_volumes = [np.log(edges_um).sum() for edges_um in (frames[-2].edges_um, frames[-1].edges_um, final_edges_um)]
     shrinkage = [log_volumes[2] - log_volumes[1], (log_volumes[0] - log_volumes[1]) / TYPICAL_SHRINKAGE]
     scalars = [
         np.eye(len(particles.phase_names))[particles.phase - 1],
-        (particles.radius_um[:, None] - TYPICAL_RADIUS_UM) / RADIUS_RANGE_UM,
+        (radius[:, None] - TYPICAL_RADIUS) / RADIUS_RANGE,
         np.stack([frame.coordination for frame in frames], axis=1) / TYPICAL_CONTACTS,
-        np.linalg.norm(past_um, axis=2) / TYPICAL_STEP_UM,
+        np.linalg.norm(past, axis=2) / TYPICAL_STEP,
         np.broadcast_to(shrinkage, (len(particles), 2)),
     ]
     return Graph(
         scalars=np.concatenate(scalars, axis=1).astype(np.float32),
-        past=(past_um / TYPICAL_STEP_UM).transpose(0, 2, 1).astype(np.float32),
-        radius_um=particles.radius_um.astype(np.float32),
+        past=(past / TYPICAL_STEP).transpose(0, 2, 1).astype(np.float32),
+        radius=radius.astype(np.float32),
         receivers=receivers.astype(np.int32),
         senders=senders.astype(np.int32),
-        separation_um=separation_um.astype(np.float32),
-        affine_um=affine_um[:, -1],
+        separation=separation.astype(np.float32),
+        affine_um=scaled_places(frames[-1]) * final_edges_um,
     )

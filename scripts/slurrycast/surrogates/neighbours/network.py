@@ -6,6 +6,8 @@ scalar. So a slurry that is shifted, turned or mirrored gets the same answer, sh
 particles come in another order the same in that order. Every layer moves the estimate, and the next one sees distances
 as they are then, as in the E(n)-equivariant networks of Satorras et al., arXiv:2102.09844; vectors as states are those
 of Schütt et al., arXiv:2102.03150.
+
+Lengths are in mean diameters of the particles, as in graph.py.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,19 +19,19 @@ from keras import layers
 
 from slurrycast.surrogates.neighbours.graph import INPUTS, Graph
 
-MOVE_UM = 0.1  # typical move by one layer, for weights of order 1
+MOVE = 0.117  # typical move by one layer, for weights of order 1
 NEIGHBOURS = 5.0  # typical number of close ones, for sums of order 1
-DISTANCES_UM = np.linspace(0.4, 1.6, 9, dtype=np.float32)  # centres and width of the basis of distances
-DISTANCE_WIDTH_UM = 0.15
-# The same of gaps between surfaces, below 0 where two overlap, as asinh(gap / CONTACT_UM): by 20 nm near contact, where
-# forces begin, and by up to 0.4 um at its ends, -0.3 and 0.8 um.
-CONTACT_UM = 0.03
+DISTANCES = np.linspace(0.47, 1.88, 9, dtype=np.float32)  # centres and width of the basis of distances
+DISTANCE_WIDTH = 0.176
+# The same of gaps between surfaces, below 0 where two overlap, as asinh(gap / CONTACT): by 0.02 near contact, where
+# forces begin, and by up to 0.5 at its ends, -0.35 and 0.95.
+CONTACT = 0.0352
 GAPS = np.linspace(-3.0, 4.0, 12, dtype=np.float32)
 GAP_WIDTH = 0.6
-TYPICAL_OVERLAP_UM = 0.05
+TYPICAL_OVERLAP = 0.0587
 LEFT = -2  # place among the scalars of how much the box has still to shrink
 VECTOR_GAIN = 0.1  # largest share by which scalars change a vector's length in one layer
-LOG_VARIANCE = -2.5  # of um2, before training
+LOG_VARIANCE = -2.2  # of squared mean diameters, before training
 
 
 def bounded(vectors):
@@ -49,9 +51,9 @@ class Interaction(layers.Layer):
     volume.
     """
 
-    def __init__(self, width: int, n_vectors: int, cutoff_um: float, share: float, **kwargs) -> None:
+    def __init__(self, width: int, n_vectors: int, cutoff: float, share: float, **kwargs) -> None:
         super().__init__(**kwargs)
-        self.width, self.n_vectors, self.cutoff_um, self.share = width, n_vectors, cutoff_um, share
+        self.width, self.n_vectors, self.cutoff, self.share = width, n_vectors, cutoff, share
         # The first layer of a message is a sum of what receiver, sender and places contribute. Weights are stored
         # under the names of these attributes.
         self.of_receiver = layers.Dense(width)
@@ -68,12 +70,12 @@ class Interaction(layers.Layer):
 
     def get_config(self) -> dict:
         """Arguments of the constructor."""
-        shape = {"width": self.width, "n_vectors": self.n_vectors, "cutoff_um": self.cutoff_um, "share": self.share}
+        shape = {"width": self.width, "n_vectors": self.n_vectors, "cutoff": self.cutoff, "share": self.share}
         return {**super().get_config(), **shape}
 
     def build(self, *_) -> None:
         """Make the weights."""
-        n_places = len(DISTANCES_UM) + len(GAPS) + 2 * self.n_vectors + 3
+        n_places = len(DISTANCES) + len(GAPS) + 2 * self.n_vectors + 3
         received = 2 * self.width + 2 * self.n_vectors
         for layer, width in (
             (self.of_receiver, self.width),
@@ -90,22 +92,22 @@ class Interaction(layers.Layer):
         ):
             layer.build((None, width))
 
-    def compute_output_spec(self, state, vectors, moved_um, *_, **__) -> tuple[keras.KerasTensor, ...]:
+    def compute_output_spec(self, state, vectors, moved, *_, **__) -> tuple[keras.KerasTensor, ...]:
         """Return the shapes of the inputs: to trace them, as Keras would, takes most of the time to load a model."""
-        return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved_um))
+        return tuple(keras.KerasTensor(one.shape, one.dtype) for one in (state, vectors, moved))
 
-    def call(self, state, vectors, moved_um, radius_um, left, receivers, senders, separation_um, share=None):
+    def call(self, state, vectors, moved, radius, left, receivers, senders, separation, share=None):
         """Exchange messages once, and move the estimate.
 
         Parameters
         ----------
-        state, vectors, moved_um
+        state, vectors, moved
             Scalars (n, width), vectors (n, 3, n_vectors) and estimate (n, 3) before.
-        radius_um
+        radius
             (n,).
         left
             Logarithm of the final volume of the box less that at the last input frame, (n,).
-        receivers, senders, separation_um
+        receivers, senders, separation
             The pairs, see `build`.
         share
             Share of another layer, whose weights this one has for the call.
@@ -118,30 +120,30 @@ class Interaction(layers.Layer):
         share = self.share if share is None else share
         known = bounded(vectors)
         at_receiver, at_sender = tf.gather(known, receivers), tf.gather(known, senders)
-        apart_um = separation_um + tf.gather(moved_um, senders) - tf.gather(moved_um, receivers)
-        distance_um = tf.sqrt(tf.reduce_sum(apart_um**2, axis=1, keepdims=True) + 1e-6)
-        direction = apart_um / distance_um
-        touch_um = (tf.gather(radius_um, senders) + tf.gather(radius_um, receivers))[:, None]
+        apart = separation + tf.gather(moved, senders) - tf.gather(moved, receivers)
+        distance = tf.sqrt(tf.reduce_sum(apart**2, axis=1, keepdims=True) + 1e-6)
+        direction = apart / distance
+        touch = (tf.gather(radius, senders) + tf.gather(radius, receivers))[:, None]
         # places are in the final box, but two touch in the box of that time
         stretch = tf.exp((share - 1) / 3 * tf.gather(left, receivers))[:, None]
-        gap_um = stretch * distance_um - touch_um
+        gap = stretch * distance - touch
         places = tf.concat(
             [
-                tf.exp(-(((distance_um - DISTANCES_UM) / DISTANCE_WIDTH_UM) ** 2)),
-                tf.exp(-(((tf.asinh(gap_um / CONTACT_UM) - GAPS) / GAP_WIDTH) ** 2)),
+                tf.exp(-(((distance - DISTANCES) / DISTANCE_WIDTH) ** 2)),
+                tf.exp(-(((tf.asinh(gap / CONTACT) - GAPS) / GAP_WIDTH) ** 2)),
                 tf.reduce_sum(direction[:, :, None] * at_receiver, axis=1),
                 tf.reduce_sum(direction[:, :, None] * at_sender, axis=1),
-                distance_um,
-                distance_um - touch_um,  # in the final box, as the distance, by which the basis above is far too coarse
-                tf.nn.relu(-gap_um) / TYPICAL_OVERLAP_UM,
+                distance,
+                distance - touch,  # in the final box, as the distance, by which the basis above is far too coarse
+                tf.nn.relu(-gap) / TYPICAL_OVERLAP,
             ],
             axis=1,
         )
         message = tf.gather(self.of_receiver(state), receivers) + tf.gather(self.of_sender(state), senders)
         message = self.message(tf.nn.silu(message + self.of_places(places)))
         # neighbours come and go at the cutoff without a jump
-        first_um = tf.sqrt(tf.reduce_sum(separation_um**2, axis=1, keepdims=True))
-        message *= 0.5 * (1.0 + tf.cos(np.pi * tf.minimum(first_um / self.cutoff_um, 1.0)))
+        first = tf.sqrt(tf.reduce_sum(separation**2, axis=1, keepdims=True))
+        message *= 0.5 * (1.0 + tf.cos(np.pi * tf.minimum(first / self.cutoff, 1.0)))
         push = self.push(message)[:, None, :]
         pushed = direction[:, :, None] * push[..., : self.n_vectors] + at_sender * push[..., self.n_vectors :]
         sums = tf.concat([message, tf.reshape(pushed, (-1, 3 * self.n_vectors))], axis=1)
@@ -162,7 +164,7 @@ class Interaction(layers.Layer):
         state += answer[:, : self.width]
         stretched, turned = tf.split(answer[:, None, self.width :], 2, axis=2)
         vectors = vectors * (1.0 + VECTOR_GAIN * tf.tanh(stretched)) + mixed * turned
-        return state, vectors, moved_um + MOVE_UM * self.move(vectors)[:, :, 0]
+        return state, vectors, moved + MOVE * self.move(vectors)[:, :, 0]
 
 
 def _wired(apply: Callable, exchange: Callable, inputs: Sequence) -> tuple:
@@ -172,12 +174,12 @@ def _wired(apply: Callable, exchange: Callable, inputs: Sequence) -> tuple:
     """
     scalars, past, *_ = inputs
     start = apply("state", scalars), apply("vectors", past), keras.ops.zeros_like(past[:, :, 0])
-    state, _, moved_um = exchange(*start)
-    return moved_um, apply("log_variance", apply("doubt", state))
+    state, _, moved = exchange(*start)
+    return moved, apply("log_variance", apply("doubt", state))
 
 
 def build(
-    n_scalars: int, n_past: int, shares: Sequence[float], width: int, n_vectors: int, cutoff_um: float, name: str
+    n_scalars: int, n_past: int, shares: Sequence[float], width: int, n_vectors: int, cutoff: float, name: str
 ) -> keras.Model:
     """Make the network with random weights; it begins as the affine map, with no displacement at all.
 
@@ -189,7 +191,7 @@ def build(
         One for each layer, see `Interaction`.
     width, n_vectors
         Numbers of scalars and of vectors that a particle carries.
-    cutoff_um
+    cutoff
         Distance at which neighbours come and go.
     name
         Name of the model.
@@ -198,14 +200,14 @@ def build(
     -------
     keras.Model
         Inputs, of n particles and m directed pairs: scalars (n, `n_scalars`), of which that in LEFT is the logarithm of
-        the final volume of the box less that at the last input frame; past (n, 3, `n_past`), radius_um (n,), receivers
-        (m,) and senders (m,), separation_um (m, 3) from receiver to sender. Outputs: displacement (n, 3) in um, and the
-        logarithm of its variance per coordinate (n, 1), in um2.
+        the final volume of the box less that at the last input frame; past (n, 3, `n_past`), radius (n,), receivers
+        (m,) and senders (m,), separation (m, 3) from receiver to sender. Outputs: displacement (n, 3), and the
+        logarithm of its variance per coordinate (n, 1).
     """
-    shapes = {"scalars": (n_scalars,), "past": (3, n_past), "separation_um": (3,)}
+    shapes = {"scalars": (n_scalars,), "past": (3, n_past), "separation": (3,)}
     dtypes = dict.fromkeys(("receivers", "senders"), "int32")
     inputs = [keras.Input(shapes.get(entry, ()), dtype=dtypes.get(entry), name=entry) for entry in INPUTS]
-    scalars, _, radius_um, *pairs = inputs
+    scalars, _, radius, *pairs = inputs
     first_guess = keras.initializers.Constant(LOG_VARIANCE)
     by_name = {
         "state": layers.Dense(width, name="state"),
@@ -213,13 +215,11 @@ def build(
         "doubt": layers.Dense(width, activation="silu", name="doubt"),
         "log_variance": layers.Dense(1, kernel_initializer="zeros", bias_initializer=first_guess, name="log_variance"),
     }
-    constant = radius_um, scalars[:, LEFT], *pairs
+    constant = radius, scalars[:, LEFT], *pairs
 
     def exchange(*estimate):
         for number, share in enumerate(shares, start=1):
-            estimate = Interaction(width, n_vectors, cutoff_um, share, name=f"interaction{number}")(
-                *estimate, *constant
-            )
+            estimate = Interaction(width, n_vectors, cutoff, share, name=f"interaction{number}")(*estimate, *constant)
         return estimate
 
     outputs = _wired(lambda layer, *values: by_name[layer](*values), exchange, inputs)
@@ -272,6 +272,15 @@ class Ensemble(layers.Layer):
         flat = [np.concatenate([np.ravel(value) for value in member]) for member in others]
         self.others.assign(np.reshape(flat, self.others.shape))
 
+    def member_weights(self) -> list[list[np.ndarray]]:
+        """Weights of all members, as `take` takes them."""
+        shapes = [variable.shape for variable in self.network.trainable_variables]
+        ends = np.cumsum(self._sizes())[:-1]
+        return [
+            [np.reshape(value, shape) for value, shape in zip(np.split(member, ends), shapes, strict=True)]
+            for member in self.flat_weights().numpy()
+        ]
+
     def flat_weights(self) -> tf.Tensor:
         """Weights of all members, (members, weights)."""
         first = tf.concat([tf.reshape(variable, [-1]) for variable in self.network.trainable_variables], axis=0)
@@ -283,7 +292,7 @@ class Ensemble(layers.Layer):
         All layers are one program in a loop: a program of one layer after the other takes seconds to trace and to
         compile.
         """
-        scalars, _, radius_um, *pairs = inputs
+        scalars, _, radius, *pairs = inputs
         parts = iter(tf.split(weights, self._sizes()))
         layer_weights = {
             layer.name: [tf.reshape(next(parts), variable.shape) for variable in layer.trainable_variables]
@@ -300,7 +309,7 @@ class Ensemble(layers.Layer):
 
         def step(k, *estimate):
             values = [tf.gather(value, k) for value in stacked]
-            arguments = (*estimate, radius_um, scalars[:, LEFT], *pairs, shares[k])
+            arguments = (*estimate, radius, scalars[:, LEFT], *pairs, shares[k])
             return k + 1, *one.stateless_call(values, [], *arguments)[0]
 
         def exchange(*estimate):

@@ -11,7 +11,7 @@ import numpy as np
 
 from slurrycast.data.trajectories import Trajectory
 from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.neighbours.graph import Graph, scaled_places, slurry_graph
+from slurrycast.surrogates.neighbours.graph import Graph, mean_diameter_um, scaled_places, slurry_graph
 
 
 @dataclass(frozen=True)
@@ -22,22 +22,25 @@ class Example:
     ----------
     graph
         The slurry as the network sees it.
-    moved_um
-        By how much its particles have to be moved, (stages, n, 3). The last stage is the end, those before are
-        intermediate targets.
+    moved
+        By how much its particles have to be moved, (stages, n, 3), in mean diameters. The last stage is the end, those
+        before are intermediate targets.
+    diameter_um
+        Mean diameter of its particles.
     """
 
     graph: Graph
-    moved_um: np.ndarray
+    moved: np.ndarray
+    diameter_um: float
 
     @property
     def size(self) -> tuple[int, int]:
         """Numbers of particles and of pairs."""
-        return len(self.graph.radius_um), len(self.graph.receivers)
+        return len(self.graph.radius), len(self.graph.receivers)
 
     def arrays(self) -> list[np.ndarray]:
         """All arrays that it consists of."""
-        return [*vars(self.graph).values(), self.moved_um]
+        return [*vars(self.graph).values(), self.moved]
 
 
 def windows(input_frames: Sequence[int], earlier_frames: int) -> list[list[int]]:
@@ -102,7 +105,7 @@ def make_example(trajectory: Trajectory, input_frames: Sequence[int], settings: 
     """Make the example of a slurry with these input frames, in its true final box."""
     frames = [trajectory.frames[k] for k in input_frames]
     final_edges_um = trajectory.edges_um[settings["target_frame"]]
-    graph = slurry_graph(trajectory.particles, frames, final_edges_um, settings["cutoff_um"])
+    graph = slurry_graph(trajectory.particles, frames, final_edges_um, settings["cutoff_diameters"])
     ends = [
         (1 - stage.part) * scaled_places(trajectory.frames[stage.before])
         + stage.part * scaled_places(trajectory.frames[stage.after])
@@ -110,4 +113,5 @@ def make_example(trajectory: Trajectory, input_frames: Sequence[int], settings: 
     ]
     moved_um = np.stack([end * final_edges_um - graph.affine_um for end in ends])
     moved_um -= moved_um.mean(axis=1, keepdims=True)  # a common shift has no meaning in a periodic box
-    return Example(graph, moved_um.astype(np.float32))
+    diameter_um = mean_diameter_um(trajectory.particles)
+    return Example(graph, (moved_um / diameter_um).astype(np.float32), diameter_um)

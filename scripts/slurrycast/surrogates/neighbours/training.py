@@ -2,22 +2,23 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from slurrycast.data.trajectories import Trajectory
 from slurrycast.dem.recipe import derived_seed
-from slurrycast.runtime.files import moved_into_place
-from slurrycast.surrogates.backend import make_deterministic
+from slurrycast.runtime.files import InputError, moved_into_place
+from slurrycast.surrogates.backend import make_deterministic, read_model
 from slurrycast.surrogates.checkpoint import Progress, assign, fingerprint, run_epochs, write_history
 from slurrycast.surrogates.neighbours.graph import PAIR_INPUTS, Graph
 from slurrycast.surrogates.neighbours.targets import Example, layer_shares, make_example, windows
 
 WARM_UP = 0.15  # share of the steps over which the learning rate rises; then it falls as a cosine
-GRADIENT_NORM = 1.0
+GRADIENT_NORM = 1.4
 INTERMEDIATE_WEIGHT = 0.3  # of the squared error at each of them, beside that at the end
-DOUBT_WEIGHT = 0.01  # of the likelihood of the variance, which has another head, beside the squared error in um2
+DOUBT_WEIGHT = 0.0138  # of the likelihood of the variance, which has another head, beside the squared error
 SHAPE_RATIO = 1.5  # of sizes for which a step is compiled: a compilation takes as long as some 20 steps
 # Weights learn by Muon, which makes every direction of a step equally long and needs fewer steps than Adam; but the
 # layers that take the inputs in or give the variance, and biases and norms, learn by Adam at this share of the rate.
@@ -41,7 +42,7 @@ def _fitting(size: tuple[int, int], known: Sequence[tuple[int, int]]) -> tuple[i
     return next(shape for shape in known if size[0] <= shape[0] and size[1] <= shape[1])
 
 
-def filled(example: Example, known: Sequence[tuple[int, int]], cutoff_um: float) -> Example:
+def filled(example: Example, known: Sequence[tuple[int, int]], cutoff: float) -> Example:
     """Add particles and pairs up to the first of the `known` shapes that the example fits in.
 
     The pairs that are added join the last particle to itself, from so far that it hears nothing. Particles
@@ -53,9 +54,9 @@ def filled(example: Example, known: Sequence[tuple[int, int]], cutoff_um: float)
         name: np.pad(value, [(0, m if name in PAIR_INPUTS else n), *[(0, 0)] * (value.ndim - 1)])
         for name, value in vars(example.graph).items()
     }
-    for name, value in zip(PAIR_INPUTS, (last, last, 2 * cutoff_um), strict=True):
+    for name, value in zip(PAIR_INPUTS, (last, last, 2 * cutoff), strict=True):
         graph[name][example.size[1] :] = value
-    return Example(Graph(**graph), np.pad(example.moved_um, [(0, 0), (0, n), (0, 0)]))
+    return replace(example, graph=Graph(**graph), moved=np.pad(example.moved, [(0, 0), (0, n), (0, 0)]))
 
 
 class Learner:
@@ -92,37 +93,40 @@ class Learner:
             input_signature=[tf.TensorSpec((), "int32"), tf.TensorSpec((n_stages, None, 3)), *inputs],
             jit_compile=True,
         )
-        def step(n_particles, targets_um, *inputs):
-            there = tf.cast(tf.range(tf.shape(targets_um)[1]) < n_particles, tf.float32)[:, None]
+        def step(n_particles, targets, *inputs):
+            there = tf.cast(tf.range(tf.shape(targets)[1]) < n_particles, tf.float32)[:, None]
             n_coordinates = 3.0 * tf.cast(n_particles, tf.float32)
             with tf.GradientTape() as tape:
-                moved_um, log_variance = staged(list(inputs), training=True)
-                errors_um = (moved_um - targets_um) * there
-                losses = tf.reduce_sum(errors_um**2, axis=(1, 2)) / n_coordinates
-                error_um = tf.stop_gradient(errors_um[-1])
-                doubt = (log_variance + error_um**2 * tf.exp(-log_variance)) * there
+                moved, log_variance = staged(list(inputs), training=True)
+                errors = (moved - targets) * there
+                losses = tf.reduce_sum(errors**2, axis=(1, 2)) / n_coordinates
+                error = tf.stop_gradient(errors[-1])
+                doubt = (log_variance + error**2 * tf.exp(-log_variance)) * there
                 doubt = tf.reduce_sum(doubt) / n_coordinates
                 total = losses[-1] + INTERMEDIATE_WEIGHT * tf.reduce_sum(losses[:-1]) + DOUBT_WEIGHT * doubt
             gradients = tape.gradient(total, network.trainable_variables)
             optimizer.apply_gradients(zip(gradients, network.trainable_variables, strict=True))
-            return losses[-1], tf.reduce_sum(tf.abs(errors_um[-1])) / n_coordinates
+            return losses[-1], tf.reduce_sum(tf.abs(errors[-1])) / n_coordinates
 
         self.answer, self.step = answer, step
 
-    def learn(self, example: Example, known: Sequence[tuple[int, int]]) -> tuple:
-        """Take a step on an example, filled up to one of the `known` shapes: its squared and absolute error."""
+    def learn(self, example: Example, known: Sequence[tuple[int, int]]) -> np.ndarray:
+        """Take a step on an example, filled up to one of the `known` shapes: squared (um2) and absolute error (um)."""
         import tensorflow as tf
 
         from slurrycast.surrogates.neighbours.network import tensors
 
-        shown = filled(example, known, self.settings["cutoff_um"])
-        return self.step(tf.constant(example.size[0]), tf.constant(shown.moved_um), *tensors(shown.graph))
+        shown = filled(example, known, self.settings["cutoff_diameters"])
+        errors = self.step(tf.constant(example.size[0]), tf.constant(shown.moved), *tensors(shown.graph))
+        return np.array(errors) * (example.diameter_um**2, example.diameter_um)
 
     def test(self, tests: Sequence[Example]) -> np.ndarray:
-        """Mean squared and mean absolute error; each slurry counts as much, so that the largest does not decide."""
+        """Mean squared (um2) and absolute error (um); slurries count alike, so that the largest does not decide."""
         from slurrycast.surrogates.neighbours.network import tensors
 
-        errors_um = [(self.answer(*tensors(test.graph))[0] - test.moved_um[-1]).numpy() for test in tests]
+        errors_um = [
+            (self.answer(*tensors(test.graph))[0] - test.moved[-1]).numpy() * test.diameter_um for test in tests
+        ]
         errors = [[np.mean(error_um**2), np.mean(abs(error_um))] for error_um in errors_um]
         return np.mean(errors or [[np.nan, np.nan]], axis=0)
 
@@ -133,6 +137,7 @@ class Learner:
         tests: Sequence[Example],
         folder: Path,
         earlier: Mapping[str, float],
+        start: Sequence[np.ndarray] | None = None,
     ) -> tuple[list[np.ndarray], Progress]:
         """Train one member, whose seed follows from that of the run, or continue its training.
 
@@ -148,6 +153,8 @@ class Learner:
             Keeps the checkpoints.
         earlier
             Cost of attempts before this one, as far as the members before know it.
+        start
+            Weights that it starts with; random ones without.
 
         Returns
         -------
@@ -162,7 +169,7 @@ class Learner:
         seed = derived_seed(settings["seed"], f"member {number}")
         keras.utils.set_random_seed(seed)
         member = build(**self.shape, name=f"member{number}")
-        weights = [variable.numpy() for variable in member.trainable_variables]
+        weights = start or [variable.numpy() for variable in member.trainable_variables]
         assign(self.variables, {"weights": weights, "optimizer": self.fresh})
         arrays = [array for example in (*itertools.chain(*examples), *tests) for array in example.arrays()]
         sizes = [choices[0].size[0] for choices in examples]
@@ -198,24 +205,62 @@ def learning_rate_share(share: float) -> float:
     return 0.5 * (1 + np.cos(np.pi * (share - WARM_UP) / (1 - WARM_UP)))
 
 
+def network_shape(settings: Mapping, n_frames: int, n_phases: int) -> dict:
+    """Arguments of `network.build` but for the name; a node knows its phase, as one number for each, see graph.py."""
+    return {
+        "n_scalars": n_phases + 2 * n_frames + 2,
+        "n_past": n_frames - 1,
+        "shares": layer_shares(settings),
+        "width": settings["width"],
+        "n_vectors": settings["vectors"],
+        "cutoff": settings["cutoff_diameters"],
+    }
+
+
+def misfit(stored: Mapping, n_stored: int, shape: Mapping, settings: Mapping) -> str | None:
+    """What of a stored ensemble of `n_stored` members keeps networks of `shape` from going on with it."""
+    if n_stored != settings["members"]:
+        return f"has {n_stored} members, needed are {settings['members']}: each goes on from its own"
+    if stored["n_past"] != shape["n_past"]:
+        return f"was trained on {stored['n_past'] + 1} input frames, needed are {shape['n_past'] + 1}"
+    names = {"n_scalars": "number of features", "shares": "layers and intermediate targets", "n_vectors": "vectors"}
+    for key, value in shape.items():
+        if stored[key] != value:
+            return f"has {names.get(key, key)} {stored[key]}, needed is {value}"
+    return None
+
+
+def stored_members(path: str, shape: Mapping, settings: Mapping) -> list[list[np.ndarray]]:
+    """Weights of the members of a stored model that a training goes on with. InputError if it does not fit."""
+    from slurrycast.surrogates.neighbours.network import Ensemble
+
+    ensembles = [layer for layer in read_model(path).layers if isinstance(layer, Ensemble)]
+    if len(ensembles) != 1:
+        raise InputError(f"{path}: is no model of neighbours")
+    if problem := misfit(ensembles[0].shape, ensembles[0].n_members, shape, settings):
+        raise InputError(f"{path}: {problem}")
+    return ensembles[0].member_weights()
+
+
 def train(
     slurries: Sequence[Trajectory], validation: Sequence[Trajectory], settings: Mapping, folder: Path
 ) -> dict[str, float]:
     """Train the members and write them as one model; the learning curves are the mean over the members.
 
-    A step takes one slurry: the mean squared error of its displacement, in float32. The expected variance learns
-    beside it, by its likelihood. The weights are of the last epoch, at which the learning rate has come to
-    nothing: the validation slurries are looked at, not chosen by. A checkpoint is written after each epoch; one of the
-    same settings and data is continued as if there had been no break. The same seed gives the same result on the same
-    machine.
+    A step takes one slurry: the mean squared error of its displacement, in mean diameters and float32. The expected
+    variance learns beside it, by its likelihood. The weights are of the last epoch, at which the learning rate has come
+    to nothing: the validation slurries are looked at, not chosen by. A checkpoint is written after each epoch; one of
+    the same settings and data is continued as if there had been no break. The same seed gives the same result on the
+    same machine.
 
     Parameters
     ----------
     slurries, validation
         Training slurries and validation slurries; without the latter, columns of the learning curves are empty.
     settings
-        members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_um, earlier_frames,
-        intermediate_targets, input_frames, target_frame, threads, seed.
+        members, epochs, learning_rate, weight_decay, layers, width, vectors, cutoff_diameters, earlier_frames,
+        intermediate_targets, input_frames, target_frame, threads, seed; start_from, the path of a model whose members
+        go on, each from its own weights, if any.
     folder
         See `Surrogate.train`.
 
@@ -227,7 +272,7 @@ def train(
     Raises
     ------
     InputError
-        If the cutoff is above half a box edge.
+        If the cutoff is above half a box edge, or the stored model does not fit.
     RunError
         If the loss is not finite.
     """
@@ -237,19 +282,13 @@ def train(
     input_windows = windows(settings["input_frames"], settings["earlier_frames"])
     examples = [[make_example(slurry, frames, settings) for frames in input_windows] for slurry in slurries]
     tests = [make_example(slurry, settings["input_frames"], settings) for slurry in validation]
-    first = examples[0][0]
-    shape = {
-        "n_scalars": first.graph.scalars.shape[1],
-        "n_past": first.graph.past.shape[2],
-        "shares": layer_shares(settings),
-        "width": settings["width"],
-        "n_vectors": settings["vectors"],
-        "cutoff_um": settings["cutoff_um"],
-    }
-    learner = Learner(shape, len(first.moved_um), settings)
+    shape = network_shape(settings, len(settings["input_frames"]), len(slurries[0].particles.phase_names))
+    starts = stored_members(path, shape, settings) if (path := settings.get("start_from")) else None
+    learner = Learner(shape, len(examples[0][0].moved), settings)
     members, histories, earlier = [], [], {"wall_s": 0.0, "cpu_s": 0.0}
     for number in range(1, settings["members"] + 1):
-        member, progress = learner.member(number, examples, tests, folder, earlier)
+        start = starts[number - 1] if starts else None
+        member, progress = learner.member(number, examples, tests, folder, earlier, start)
         members.append(member)
         histories.append(progress.history)
         earlier = progress.earlier
