@@ -9,6 +9,7 @@
     snakemake design --configfile config/explore.yaml        many recipes, and then
     snakemake --cores 2 explore --configfile config/explore.yaml
     snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
+    snakemake --cores 2 transfer --configfile config/transfer.yaml   what becomes of it on other recipes
 
 Rules stand in workflow/rules in the order in which a particle passes through them; scripts/ has a script for each.
 """
@@ -66,6 +67,7 @@ rule all:
         f"{RESULTS}/report.html",
         f"{RESULTS}/config.yaml",
         f"{RESULTS}/versions.json",
+        descriptions(SURROGATES),
     localrule: True
 
 
@@ -80,6 +82,7 @@ rule models:
     """Train or fit every surrogate."""
     input:
         [model_of(surrogate) for surrogate in SURROGATES],
+        descriptions(SURROGATES),
     localrule: True
 
 
@@ -134,6 +137,7 @@ rule evaluation:
     """Evaluate the predictions."""
     input:
         rules.write_evaluation.output.page,
+        descriptions(EVALUATED),
     localrule: True
 
 
@@ -142,6 +146,15 @@ rule convergence:
     input:
         rules.compare_timesteps.output,
         rules.plot_timesteps.output.figure,
+    localrule: True
+
+
+rule transfer:
+    """Show whether surrogates are worth something on recipes that they were not trained on."""
+    input:
+        rules.compare_recipes.output.table,
+        rules.tabulate_tuning.output.table if TUNINGS else [],
+        descriptions(EVALUATED),
     localrule: True
 
 

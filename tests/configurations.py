@@ -22,6 +22,7 @@ SCALES = [
     "published_dt1e-4",
     "size",
     "size_berendsen",
+    "transfer",
     "tape",
     "explore",
 ]

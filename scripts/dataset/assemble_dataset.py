@@ -5,11 +5,7 @@ Out: features (n, frames, 6), targets (n, 3) in um, slurry index, particle ids, 
 validation, and the box edges (um) of each slurry at these frames, as HDF5.
 """
 
-import numpy as np
-
-from slurrycast.data.dataset import TrainingSet, split, write_training_set
-from slurrycast.data.features import FEATURE_NAMES, particle_history
-from slurrycast.data.frames import read_frames
+from slurrycast.data.dataset import assemble, write_training_set
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 
@@ -29,35 +25,11 @@ def add_options(parser: Parser) -> None:
 def main(args: Namespace) -> None:
     """Assemble and write."""
     with measured_cost(args.cost, "assemble_dataset") as cost:
-        features, targets, ids, names, input_edges_um, target_edges_um = [], [], [], [], [], []
-        for path in args.frames:
-            with read_frames(path) as store:
-                frames = [store.frame(k) for k in args.input_frames]
-                features.append(particle_history(store.particles_of(args.phases), frames))
-                input_edges_um.append([frame.edges_um for frame in frames])
-                target_edges_um.append(store.box(args.target_frame)[1])
-                targets.append(store.position_um(args.target_frame))
-                ids.append(store.particles.id)
-                names.append(str(store.attributes["slurry"]))
-        cost.particles = sum(map(len, ids))
-        write_training_set(
-            args.dataset,
-            TrainingSet(
-                features=np.concatenate(features),
-                targets=np.concatenate(targets),
-                slurry_index=np.repeat(np.arange(len(ids)), [len(i) for i in ids]),
-                slurries=tuple(names),
-                particle_id=np.concatenate(ids),
-                is_validation=split(cost.particles, args.validation_share, args.seed),
-                feature_names=FEATURE_NAMES,
-                input_frames=tuple(args.input_frames),
-                target_frame=args.target_frame,
-                input_edges_um=np.array(input_edges_um),
-                target_edges_um=np.array(target_edges_um),
-            ),
-            args.seed,
-        )
-    print(f"{cost.particles} samples of {len(names)} slurries: {', '.join(names)}")
+        frames = args.input_frames, args.target_frame
+        data = assemble(args.frames, args.phases, *frames, args.validation_share, args.seed)
+        cost.particles = len(data)
+        write_training_set(args.dataset, data, args.seed)
+    print(f"{cost.particles} samples of {len(data.slurries)} slurries: {', '.join(data.slurries)}")
 
 
 if __name__ == "__main__":

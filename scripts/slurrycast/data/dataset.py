@@ -12,12 +12,15 @@ Boxes are centred at the origin, so coordinates over edges are scaled coordinate
 Attributes: feature_names, slurries, input_frames, target_frame, seed (of the split).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
 
 _SAMPLE_ARRAYS = ("features", "targets", "slurry_index", "particle_id", "is_validation")
@@ -70,6 +73,57 @@ def split(n: int, share: float, seed: int) -> np.ndarray:
     mask = np.zeros(n, dtype=bool)
     mask[np.random.default_rng(seed).permutation(n)[:drawn]] = True
     return mask
+
+
+def assemble(
+    paths: Sequence[str | Path],
+    phases: Sequence[str],
+    input_frames: Sequence[int],
+    target_frame: int,
+    validation_share: float,
+    seed: int,
+) -> TrainingSet:
+    """Collect the particles of slurries with their input frames and their target.
+
+    Parameters
+    ----------
+    paths
+        Frame stores of the slurries.
+    phases
+        Names of the phases of all slurries, in the order of their numbers.
+    input_frames, target_frame
+        Numbers of the frames.
+    validation_share, seed
+        Of the validation samples, see `split`.
+
+    Raises
+    ------
+    InputError
+        If a frame is missing, a slurry has another phase, or one part of the split is empty.
+    """
+    features, targets, ids, names, input_edges_um, target_edges_um = [], [], [], [], [], []
+    for path in paths:
+        with read_frames(path) as store:
+            frames = [store.frame(k) for k in input_frames]
+            features.append(particle_history(store.particles_of(phases), frames))
+            input_edges_um.append([frame.edges_um for frame in frames])
+            target_edges_um.append(store.box(target_frame)[1])
+            targets.append(store.position_um(target_frame))
+            ids.append(store.particles.id)
+            names.append(str(store.attributes["slurry"]))
+    return TrainingSet(
+        features=np.concatenate(features),
+        targets=np.concatenate(targets),
+        slurry_index=np.repeat(np.arange(len(ids)), [len(i) for i in ids]),
+        slurries=tuple(names),
+        particle_id=np.concatenate(ids),
+        is_validation=split(sum(map(len, ids)), validation_share, seed),
+        feature_names=FEATURE_NAMES,
+        input_frames=tuple(input_frames),
+        target_frame=target_frame,
+        input_edges_um=np.array(input_edges_um),
+        target_edges_um=np.array(target_edges_um),
+    )
 
 
 def _check(path: str | Path, data: TrainingSet) -> None:
