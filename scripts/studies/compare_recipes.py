@@ -86,7 +86,8 @@ def main(args: Namespace) -> None:
     """Group all errors by recipe and write the table."""
     parts = [skills(read_table(args.skill)), errors(read_table(args.structure_errors), "relaxed")]
     if args.tape_errors:
-        tapes = errors(read_table(args.tape_errors), "tape")
+        tapes = read_table(args.tape_errors).rename(columns={"source": "surrogate"})
+        tapes = errors(tapes[tapes.surrogate != "dem"], "tape")
         parts.append(tapes.assign(quantity="tape_" + tapes.quantity))
     rows = pd.concat(parts, ignore_index=True).reindex(
         columns=["surrogate", "slurry", "quantity", "unit", "value", "replica_sds"]

@@ -30,7 +30,9 @@ def options(tmp_path) -> dict:
     table = pd.DataFrame(structures, columns=columns)
     table.to_csv(tmp_path / "structure_errors.csv", index=False)
     tapes = table[table.quantity == "density_g_cm3"].assign(quantity="green_density", unit="g/cm3")
-    tapes.replace({"stage": {"relaxed": "tape"}}).to_csv(tmp_path / "tape_errors.csv", index=False)
+    tapes = pd.concat([tapes, tapes[tapes.surrogate == "net"].assign(surrogate="dem")])
+    tapes = tapes.replace({"stage": {"relaxed": "tape"}}).rename(columns={"surrogate": "source"})
+    tapes.to_csv(tmp_path / "tape_errors.csv", index=False)
     return {
         "skill": tmp_path / "skill.csv",
         "structure_errors": tmp_path / "structure_errors.csv",
