@@ -25,7 +25,6 @@ except environment.InputError as error:
 from slurrycast import surrogates
 from slurrycast.config import configuration, dem_checks, derived_runs, exploration, formulations
 from slurrycast.config import label_settings, model_checks, physics
-from slurrycast.surrogates import trained_on
 from slurrycast.runtime import provenance
 from slurrycast.runtime.dependencies import modules, templates
 from slurrycast.runtime.files import VERSIONS_VARIABLE
@@ -270,17 +269,6 @@ def model_of(label):
     return f"{RESULTS}/models/{label}/{file}" if file else []
 
 
-def descriptions(labels):
-    """Files beside the models of surrogates that say what they were trained on, so that the models can be taken along."""
-    return [f"{RESULTS}/models/{label}/trained_on.json" for label in labels if KINDS[label].is_learned]
-
-
-def phases_of(label):
-    """Names of the phases in the order of their numbers in training, which may have been elsewhere."""
-    known = trained_on.read_trained_on(trained_on.beside(ADOPTED[label])) if label in ADOPTED else None
-    return known["phases"] if known else PHASES
-
-
 def model_costs(labels):
     """Cost records of the models of networks, trained here or elsewhere."""
     stages = {label: "train_surrogate" if label in TRAINED else "adopt_model" for label in labels}
@@ -308,11 +296,6 @@ def surrogate_settings(wildcards):
     """Settings of a surrogate; its variants share them. The model that its training starts from is an input."""
     settings = config["surrogate"].get(LABELS[wildcards.surrogate].name, {})
     return section({key: value for key, value in settings.items() if key != "start_from"})
-
-
-def start_of(label):
-    """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
-    return config["surrogate"][LABELS[label].name].get("start_from") or []
 
 
 def goes_on(wildcards):

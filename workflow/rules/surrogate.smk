@@ -11,6 +11,24 @@ OUTPUTS:
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
+from slurrycast.surrogates import trained_on
+
+
+def descriptions(labels):
+    """Files beside the models of surrogates that say what they were trained on, so that the models can be taken along."""
+    return [f"{RESULTS}/models/{label}/trained_on.json" for label in labels if KINDS[label].is_learned]
+
+
+def phases_of(label):
+    """Names of the phases in the order of their numbers in training, which may have been elsewhere."""
+    known = trained_on.read_trained_on(trained_on.beside(ADOPTED[label])) if label in ADOPTED else None
+    return known["phases"] if known else PHASES
+
+
+def start_of(label):
+    """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
+    return config["surrogate"][LABELS[label].name].get("start_from") or []
+
 
 def learned_from(wildcards):
     """Inputs of train_surrogate that hold the training data."""
