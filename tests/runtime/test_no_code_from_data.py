@@ -75,7 +75,7 @@ def test_rules_hand_text_to_the_shell_quoted_only(root):
     numbers |= {"first_frame_seen", "restart_frames"}
     numbers |= {"cutoff_um", "displacement_um", "frame_interval_us", "validation_share"}
     numbers |= {"max_density_difference", "max_density_drift", "pressure_kpa", "max_kinetic_share", "pressure_within"}
-    numbers |= {"temperature_k", "green_density_g_cm3"}
+    numbers |= {"temperature_k", "green_density_g_cm3", "share_total", "points", "replicas", "confirmations"}
     shells = 0
     for path in [root / "Snakefile", *sorted((root / "workflow" / "rules").rglob("*.smk"))]:
         text = path.read_text()

@@ -67,25 +67,6 @@ rule assemble_dataset:
         " 2>&1 | tee {log:q}"
 
 
-def packing_file(slurry):
-    """Wildcard `recipe` of the packing fraction that sets the predicted box of a slurry."""
-    return "_" * bool(RUNS[slurry].formulation) + RUNS[slurry].formulation
-
-
-def packing_sources(wildcards):
-    """Structures that give the packing fraction of a recipe: training slurries, else what `direct` makes of it."""
-    if PACKING_GIVEN:
-        return []
-    of_it = [slurry for slurry in SLURRIES if packing_file(slurry) == wildcards.recipe]
-    if trained := [slurry for slurry in of_it if slurry in TRAINING]:
-        return [f"{RESULTS}/frames/{slurry}.h5" for slurry in trained]
-    return [f"{RESULTS}/hybrid/direct/{slurry}/relaxed.h5" for slurry in of_it if slurry in PREDICTED]
-
-
-wildcard_constraints:
-    recipe=f"(?:{'|'.join(map(packing_file, SLURRIES))})",  # in brackets, since Snakemake ignores an empty pattern
-
-
 rule measure_packing:
     """Take the packing fraction that sets the predicted boxes of a recipe, from slurries or the configuration."""
     input:

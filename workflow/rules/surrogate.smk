@@ -11,66 +11,6 @@ OUTPUTS:
     hybrid/{surrogate}/{slurry}/predicted.h5
 """
 
-from slurrycast.surrogates import trained_on
-
-
-def descriptions(labels):
-    """Files beside the models of surrogates that say what they were trained on, so that the models can be taken along."""
-    return [f"{RESULTS}/models/{label}/trained_on.json" for label in labels if KINDS[label].is_learned]
-
-
-def phases_of(label):
-    """Names of the phases in the order of their numbers in training, which may have been elsewhere."""
-    known = trained_on.read_trained_on(trained_on.beside(ADOPTED[label])) if label in ADOPTED else None
-    return known["phases"] if known else PHASES
-
-
-def start_of(label):
-    """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
-    return config["surrogate"][LABELS[label].name].get("start_from") or []
-
-
-def learned_from(wildcards):
-    """Inputs of train_surrogate that hold the training data."""
-    if not learns_from_frames(wildcards):
-        held_out = expand(rules.assemble_dataset.output.dataset, set=HELD_OUT_SETS)
-        return {"dataset": TRAINING_SET, "held_out": held_out}
-    frames = rules.extract_frames.output.frames
-    validation = expand(frames, slurry=with_role("validation"))
-    return {"frames": expand(frames, slurry=TRAINING), "validation_frames": validation}
-
-
-def learning_options(wildcards, input):
-    """Options of train_surrogate for the training data."""
-    if not learns_from_frames(wildcards):
-        held_out = [f"{name}={path}" for name, path in zip(HELD_OUT_SETS, input.held_out)]
-        return ["--dataset", input.dataset, *(["--held-out", *held_out] if held_out else [])]
-    options = ["--frames", *input.frames, "--validation-frames", *input.validation_frames]
-    options += ["--input-frames", *input_frames(wildcards.surrogate), "--target-frame", TARGET_FRAME]
-    return [*options, "--phases", *PHASES]
-
-
-def training_minutes(wildcards, attempt):
-    """Walltime of a training in minutes; one step of the largest network takes less than a second on one slow core."""
-    settings = config["surrogate"][LABELS[wildcards.surrogate].name]
-    if "batch_size" in settings:
-        updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
-    else:  # one slurry per update, which takes 1 s per 1000 particles with the default width and cutoff
-        updates = settings["members"] * settings["epochs"] * sum(map(particles, TRAINING)) / 1000
-    return 10 + attempt * int(updates / 60)
-
-
-def training_mb(wildcards, attempt):
-    """Memory of a training in MB; where the network learns from whole slurries, it grows with the largest one.
-
-    Measured: 3.9 GB for 1208 particles in the largest slurry, 5.5 GB for 2402 (cost.csv of the reference runs small and
-    start).
-    """
-    if not learns_from_frames(wildcards):
-        return attempt * 4000
-    return attempt * (3000 + 3 * max(map(particles, TRAINING)) // 2)
-
-
 if TRAINED:
 
     rule train_surrogate:

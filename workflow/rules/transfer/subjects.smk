@@ -1,0 +1,37 @@
+"""What is trained further, and on which slurries of a recipe that the surrogates were not trained on.
+
+REQUIRED INPUTS:
+    config[transfer], the slurry table
+
+OUTPUTS: functions and lists
+"""
+
+TUNING = config["transfer"]["networks"] if config["transfer"]["slurries"] and TRAINING_NEEDED else {}
+TUNINGS = [
+    f"{surrogate}_{start}_{count}"
+    for surrogate in TUNING
+    for start in ("stored", "nothing")
+    for count in config["transfer"]["counts"]
+    if count or start == "stored"
+]
+
+
+wildcard_constraints:
+    start="stored|nothing",
+    number="[0-9]+",
+
+
+def tuned_on(wildcards):
+    """Slurries of another recipe that a surrogate is trained on."""
+    return expand(rules.extract_frames.output.frames, slurry=config["transfer"]["slurries"][: int(wildcards.number)])
+
+
+def tuning_packing(wildcards):
+    """Packing fraction of the recipe that a surrogate is tuned to."""
+    return expand(rules.measure_packing.output.packing, recipe=packing_file(config["transfer"]["slurries"][0]))
+
+
+def tuning_settings(wildcards):
+    """Settings of a surrogate with epochs and learning rate of this training."""
+    own = config["surrogate"][LABELS[wildcards.surrogate].name] | TUNING[wildcards.surrogate][wildcards.start]
+    return section({key: value for key, value in own.items() if key != "start_from"})
