@@ -19,6 +19,7 @@ from inspect import getmembers, isfunction
 import pandas as pd
 
 import evaluation_tables
+import explore_tables
 import neighbours_tables
 import running_tables
 import tape_tables
@@ -30,7 +31,7 @@ MARKER = re.compile(r"<!-- (?:table: |end of table)")
 
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     name: function
-    for module in (evaluation_tables, neighbours_tables, running_tables, tape_tables)
+    for module in (evaluation_tables, explore_tables, neighbours_tables, running_tables, tape_tables)
     for name, function in getmembers(module, isfunction)
     if function.__module__ == module.__name__
 }

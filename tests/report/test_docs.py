@@ -179,6 +179,29 @@ def test_conclusions_on_tapes():
     assert (share.min().round(2), share.max().round(2)) == (0.29, 0.32)
 
 
+def test_conclusions_on_many_recipes():
+    """What README.md and docs/explore.md conclude from the exploration."""
+    tables = {
+        name: read_result("explore", f"explore_{name}") for name in ("indices", "models", "confirmation", "costs")
+    }
+    most = tables["indices"].pivot(index="property", columns="input", values="total").T
+    for name in ("green_density", "shrinkage", "share_ceramic_union"):
+        assert list(most[name].nlargest(2).index) == ["mass_fraction_BDPD", "solvent_mass_fraction"]
+    for name in ("pore_size_mean", "tortuosity_z_0.1um", "contacts_NiO-8YSZ"):
+        assert set(most[name].nlargest(2).index) == {"size_factor_NiO", "size_factor_8YSZ"}
+    ratios = tables["models"].set_index("property").loo_over_replica_sd
+    above = ratios[ratios > 2]
+    assert set(above.index) == {"shrinkage", "tortuosity_z_0.1um"} and above.max() < 2.2
+    assert tables["models"].coverage_90_calibrated.between(0.80, 0.97).all()
+    confirmation = tables["confirmation"]
+    outside = confirmation[confirmation.within_band == "no"]
+    assert (len(confirmation), confirmation.slurry.nunique()) == (24, 3)
+    assert list(outside.property) == ["contacts_NiO-8YSZ"]
+    assert round((tables["costs"].cpu_s * tables["costs"].jobs).sum() / 60) == 12
+    noise = read_result("explore", "explore_noise").set_index("property")
+    assert noise.replica_sd["percolation_NiO_z"] > 0.8 * noise.sd["percolation_NiO_z"]
+
+
 def test_the_tape_of_the_published_size_is_shown_once_it_is_measured(monkeypatch, tmp_path):
     """Its measures are two rows; the table of its slurry stays."""
     measured = pd.read_csv(REFERENCE / "recipe" / "cost.csv")

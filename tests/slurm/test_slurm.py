@@ -34,7 +34,16 @@ pytestmark = [
 def checkout(folder: Path) -> Path:
     """A copy of what the workflow consists of, with the configurations of these tests."""
     copy_checkout(folder)
-    for name in ("few.yaml", "few.tsv", "disturbed.yaml", "two_ranks.yaml", "two_ranks.tsv", "lmp_that_hangs"):
+    names = (
+        "few.yaml",
+        "few.tsv",
+        "disturbed.yaml",
+        "two_ranks.yaml",
+        "two_ranks.tsv",
+        "lmp_that_hangs",
+        "explored.yaml",
+    )
+    for name in names:
         shutil.copy(HERE / name, folder / "config")
     return folder
 
@@ -46,12 +55,12 @@ def snakemake(project: Path, environment: dict[str, str], *arguments: str) -> su
         return subprocess.Popen(command, cwd=project, env=environment, stdout=log, stderr=subprocess.STDOUT)
 
 
-def submitted(*configurations: str) -> list[str]:
+def submitted(*configurations: str, scale: tuple[str, ...] = SCALE) -> list[str]:
     """Arguments with which Snakemake submits jobs; status checks are for short jobs and no accounting."""
     options = {"status-command": "squeue", "init-seconds-before-status-checks": "1"}
     settings = [word for name, value in options.items() for word in (f"--slurm-{name}", value)]
     settings += ["--slurm-keep-successful-logs", "--workflow-profile", "profiles/slurm"]
-    return [*settings, "--configfile", *SCALE, *configurations]
+    return [*settings, "--configfile", *scale, *configurations]
 
 
 def wait_for(condition: Callable[[], object], run: subprocess.Popen, seconds: float, what: str) -> None:
@@ -163,6 +172,24 @@ def test_two_ranks(projects):
     one, other_seed = (pd.read_csv(local / slurry / "thermo.csv").set_index("step").loc[2000] for slurry in ("1", "T1"))
     difference, band = (abs(two.loc[2000] - one), abs(other_seed - one))
     assert difference.density_g_cm3 < band.density_g_cm3 / 100
+
+
+def test_an_exploration_is_that_of_a_local_run(slurm, tmp_path):
+    """Each recipe as jobs of Slurm; the design is written beside them."""
+    scale = ("config/tiny.yaml", "config/explored.yaml")
+    ways = {
+        "local": (dict(os.environ), ["--cores", "2", "--configfile", *scale]),
+        "slurm": (slurm, submitted(scale=scale)),
+    }
+    for name, (environment, arguments) in ways.items():
+        project = checkout(tmp_path / name)
+        for target in ("design", "explore"):
+            run = snakemake(project, environment, target, *arguments)
+            assert run.wait(300) == 0, (project / "snakemake.log").read_text()[-5000:]
+    assert len(slurm_logs(tmp_path / "slurm", "rule_dry_slurry")) == 6
+    for table in ("explore", "explore_noise", "explore_nearest"):
+        made = [tmp_path / name / "results" / "explored" / "tables" / f"{table}.csv" for name in ways]
+        assert made[0].read_bytes() == made[1].read_bytes()
 
 
 def test_nothing_is_left_of_a_slurm(tmp_path):
