@@ -23,9 +23,10 @@ from slurrycast.runtime.files import InputError
 # part of the workflow by the verb that a rule's name starts with
 PARTS = {
     "DEM": ("#e4e9ee", {"generate", "run", "extract"}),
-    "surrogate": ("#fbe6d2", {"assemble", "train", "fit", "adopt", "predict"}),
+    "surrogate": ("#fbe6d2", {"assemble", "train", "fit", "adopt", "describe", "predict", "tune"}),
     "hybrid": ("#d3ebec", {"wrap", "relax"}),
-    "analysis": ("#e9e4f1", {"measure", "check", "compare", "compute", "calibrate", "tabulate", "collect"}),
+    "tape": ("#dfeed6", {"dry", "calibrate"}),
+    "analysis": ("#e9e4f1", {"measure", "check", "compare", "compute", "tabulate", "collect", "judge", "confirm"}),
     "report": ("#f3f0e2", {"plot", "render", "write"}),
 }
 OTHER = "#ffffff"

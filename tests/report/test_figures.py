@@ -149,7 +149,7 @@ def test_layers_follow_the_arrows_and_boxes_do_not_overlap():
 
 def test_every_rule_belongs_to_a_part_of_the_workflow(root):
     """Or it is white in the figure of the workflow, as none of them."""
-    text = "".join(path.read_text() for path in (root / "workflow" / "rules").glob("*.smk"))
+    text = "".join(path.read_text() for path in (root / "workflow" / "rules").rglob("*.smk"))
     verbs = {name.split("_")[0] for name in re.findall(r"^ *rule (\w+):", text, re.M)}
     parts = [verbs for _, verbs in plot_workflow.PARTS.values()]
     assert {"run", "check"} < verbs and verbs - {"record", "draw"} <= set().union(*parts)

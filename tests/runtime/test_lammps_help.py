@@ -8,7 +8,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from configurations import ROOT
+from configurations import ROOT, load
+from slurrycast.dem.lammps_run import force_field_variables
 from slurrycast.runtime import lammps_help
 from slurrycast.runtime.files import InputError
 from slurrycast.runtime.lammps_help import STYLES, LammpsHelp, ask
@@ -113,7 +114,9 @@ def test_styles_are_those_of_the_scripts():
     found = {"atom": set(re.findall(r"^atom_style +(\S+)", text, re.MULTILINE))}
     found["minimize"] = set(re.findall(r"^min_style +(\S+)", text, re.MULTILINE))
     pairs = re.findall(r"^pair_style +(.*)", text, re.MULTILINE)
-    found["pair"] = {word for line in pairs for word in line.split() if re.match(r"[a-z]", word)}
+    contacts = force_field_variables(load("config"))["contact_styles"]
+    words = " ".join([*pairs, contacts]).split()
+    found["pair"] = {word for word in words if re.match(r"[a-z]", word)}
     for kind in ("fix", "compute", "dump"):
         found[kind] = set(re.findall(rf'(?:^|"){kind} +\S+ +\S+ +(\S+)', text, re.MULTILINE))
     assert found == {kind: set(styles) for kind, styles in STYLES.items()}

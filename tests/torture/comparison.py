@@ -67,6 +67,8 @@ def content(path: Path) -> object:
     if path.name == "run.json":
         run = json.loads(path.read_text(encoding="utf-8"))
         return json.dumps([run | {"start": 0, "segments": 0}, [row["step_end"] for row in run["segments"]]])
+    if path.name == "trained_on.json":  # the file of a model has the time when it was written
+        return json.loads(path.read_text(encoding="utf-8")) | {"model_sha256": ""}
     return path.read_bytes()
 
 
