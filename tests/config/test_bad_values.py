@@ -118,7 +118,7 @@ OUT_OF_RANGE = {
     "microstructure.tortuosity_extrapolated": ("true or false", ["yes"]),
     "analysis.rdf_cutoff_um": ("a number at least 0.1 and at most 1000", [7000.0, 0.007]),
     "analysis.rdf_bins": (MILLION, [0]),
-    "analysis.rdf_pair": ("a list of two phases of formulation.phases, which may be the same", [["NiO"]]),
+    "analysis.rdf_pair": ("a list of two phases of the recipes, which may be the same", [["NiO"]]),
     "evaluation.replicated": (
         "a list of ids of slurries of role validation or test, each once; [] for none",
         ["6", ["6", "6"]],
@@ -169,7 +169,9 @@ UNKNOWN = [
 MISSING = {
     "report": "a section with pictures",
     "dem.steps": STEPS,
-    "formulation.phases.8YSZ.density_g_cm3": "a number at least 0.01 and at most 30",
+    "formulation.phases.8YSZ.density_g_cm3": (
+        "a number at least 0.01 and at most 30 (phases replace those of config.yaml, so each is written whole)"
+    ),
     "surrogate.vgg16": (
         "a section with start_from, epochs, patience, min_improvement, batch_size, learning_rate, threads"
     ),

@@ -156,6 +156,10 @@ def test_a_recipe_without_training_slurries_needs_direct(config):
     )
     config["surrogate"]["packing_fraction"] = 0.66
     assert configuration.check(config) == []
+    rows(config, ROWS.replace("T1\ttrain\t1\t1.0\t1\t\n", ""))
+    config["surrogate"]["packing_fraction"] = None
+    (line,) = configuration.check(config)
+    assert "slurry 2 is of the default formulation, which has no training slurry" in line
 
 
 def test_the_column_may_be_left_out(tmp_path):
@@ -176,3 +180,9 @@ def test_an_expected_density_that_is_not_given(config):
     assert expected_density_g_cm3(formulation) == pytest.approx(expected)
     assert expected_density_g_cm3(config["formulation"]) == 2.24
     assert configuration.check(config) == []
+
+
+def test_a_phase_that_is_not_whole_is_said_to_replace_the_shipped_one(config):
+    config["formulation"]["phases"] = {"NiO": {"mass_fraction": 0.5}}
+    line = configuration.check(config)[0]
+    assert line.endswith("(phases replace those of config.yaml, so each is written whole)")

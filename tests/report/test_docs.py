@@ -195,7 +195,9 @@ def test_conclusions_on_many_recipes():
     assert tables["models"].coverage_90_calibrated.between(0.80, 0.97).all()
     confirmation = tables["confirmation"]
     outside = confirmation[confirmation.within_band == "no"]
-    assert (len(confirmation), confirmation.slurry.nunique()) == (24, 3)
+    counted = confirmation[confirmation.band < 1]  # of percolation, it is wider than all values
+    assert set(confirmation.property) - set(counted.property) == {"percolation_NiO_z"}
+    assert (len(counted), counted.slurry.nunique()) == (21, 3)
     assert list(outside.property) == ["contacts_NiO-8YSZ"]
     assert round((tables["costs"].cpu_s * tables["costs"].jobs).sum() / 60) == 12
     noise = read_result("explore", "explore_noise").set_index("property")

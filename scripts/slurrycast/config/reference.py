@@ -48,8 +48,8 @@ def _row(rule: Mapping, default: Any, name: str, path: tuple[str, ...]) -> Itera
 def reference() -> str:
     """The generated part of config/README.md: each key of the configuration and each column of the slurry table."""
     default = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
-    text = "\n## Keys\n\nEvery key is required, but for those of a pair in `force_field.pairs`. The last column is\n"
-    text += "`config.yaml`, the demo scale.\n"
+    text = "\n## Keys\n\nEvery key is required, but for those of a pair in `force_field.pairs` and of a recipe in\n"
+    text += "`formulations`. The last column is `config.yaml`, the demo scale.\n"
     head = "| key | unit | meaning | allowed | demo |\n|---|---|---|---|---|\n"
     for key, rule in schema("config")["properties"].items():
         text += f"\n### `{key}`\n\n" + (

@@ -1,6 +1,6 @@
 """The schemas in workflow/schemas, and a line for each value that breaks one: its key, the value and what is allowed.
 
-`unit`, `allowed`, `each` and `formerly` in the schemas are annotations of this project; JSON Schema ignores them.
+`unit`, `allowed`, `each`, `whole` and `formerly` in the schemas are annotations that JSON Schema ignores.
 """
 
 import difflib
@@ -123,7 +123,8 @@ def schema_errors(value: Any, rule: Mapping, hint: Callable[[Any, Mapping], str]
         path, local_rule, wrong = list(error.absolute_path), error.schema, error.instance
         if error.validator == "required":
             for key in (key for key in local_rule["required"] if key not in wrong):
-                yield _key_path([*path, key]), f"missing: must be {allowed(local_rule['properties'][key])}"
+                why = f" ({local_rule['whole']})" if "whole" in local_rule else ""
+                yield _key_path([*path, key]), f"missing: must be {allowed(local_rule['properties'][key])}{why}"
         elif error.validator == "additionalProperties":
             known, patterns = list(local_rule.get("properties", {})), local_rule.get("patternProperties", {})
             may_be = f"one of {', '.join(known)}" if known else local_rule.get("allowed")

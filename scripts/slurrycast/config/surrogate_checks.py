@@ -120,10 +120,11 @@ def packing_of_recipes(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[
         return
     trained = {slurry.formulation for slurry in slurries if slurry.role == "train"}
     for slurry in slurries:
-        if slurry.formulation and slurry.formulation not in trained:
+        if trained and slurry.formulation not in trained:
+            name = f"formulation {slurry.formulation}" if slurry.formulation else "the default formulation"
             yield (
-                f"surrogate.names: {boxed[0]} needs a packing fraction, and slurry {slurry.id} is of formulation "
-                f"{slurry.formulation}, which has no training slurry: must hold direct too, which finds one"
+                f"surrogate.names: {boxed[0]} needs a packing fraction, and slurry {slurry.id} is of {name}, which has "
+                "no training slurry: must hold direct too, which finds one"
             )
             return
 
