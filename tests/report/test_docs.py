@@ -200,6 +200,11 @@ def test_conclusions_on_many_recipes():
     assert (len(counted), counted.slurry.nunique()) == (21, 3)
     assert list(outside.property) == ["contacts_NiO-8YSZ"]
     assert round((tables["costs"].cpu_s * tables["costs"].jobs).sum() / 60) == 12
+    costs = tables["costs"].set_index(["stage", "surrogate"]).cpu_s
+    one = [costs[stage, "direct"] for stage in ("dry_slurry", "relax_slurry", "measure_microstructure")]
+    assert [round(seconds, 1) for seconds in one] == [5.5, 1.9, 1.3] and round(costs["run_slurry", "-"]) == 19
+    plans = pd.read_csv(REFERENCE / "planning" / "plans.csv").groupby("points").median()
+    assert (plans.jobs[1000], round(plans.cpu_s[1000])) == (6068, 26)
     noise = read_result("explore", "explore_noise").set_index("property")
     assert noise.replica_sd["percolation_NiO_z"] > 0.8 * noise.sd["percolation_NiO_z"]
 
