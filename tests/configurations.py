@@ -63,7 +63,11 @@ def scaled(config: dict, factor: float) -> dict:
             size_class["diameter_um"] *= factor
     for key in ("timestep_us", "temperature_damping_us"):
         dem[key] *= factor
-    config["microstructure"]["spacing_um"] = min(max(0.1 * factor, 0.02), 5.0)  # its bounds
+    measured = config["microstructure"]
+    measured["spacing_um"] = min(max(0.1 * factor, 0.02), 5.0)  # its bounds
+    measured["tortuosity_spacings_um"] = [
+        h * max(factor, 1) for h in measured["tortuosity_spacings_um"]
+    ]  # at least 0.1
     return config
 
 

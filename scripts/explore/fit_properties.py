@@ -1,7 +1,7 @@
 """Fit each property of the tapes over the inputs of their recipes: errors, inputs that matter, maps, nearest recipes.
 
 In: tables/explore.csv and tables/explore_noise.csv.
-Out: tables (CSV).
+Out: tables (CSV), without a property that is known of too few recipes.
 - models: for each property, loo_rmse, the root mean square error at points left out, and its ratio to replica_sd and to
   sd; the share of the points within their 90 % interval, as the Gaussian process gives it and calibrated on the other
   points; resolved, whether the error is clearly below sd; and sd_factor, by which the intervals of maps and nearest
@@ -102,7 +102,8 @@ def main(args: Namespace) -> None:
         known = np.isfinite(values)
         alone = (known & ~repeated)[known]
         if alone.sum() < len(space.coordinates) + 2:
-            raise InputError(f"{args.explore}: {name} is known of {alone.sum()} recipes: too few to fit")
+            print(f"{name}: left out, since it is known of {alone.sum()} recipes that occur once: too few to fit")
+            continue
         values = values[known]
         models[name] = model = fit(points[known], values, alone, args.seed)
         rows.append(model_row(name, values, alone, model, noise.loc[name]))
@@ -122,12 +123,15 @@ def main(args: Namespace) -> None:
         indices.append(pd.DataFrame(shares))
         maps.append(map_rows(name, space, model, total))
         print(f"{name}: {rows[-1]['loo_rmse']:.3g} at points left out, {noise.sd[name]:.3g} between recipes")
+    if not models:
+        raise InputError(f"{args.explore}: each property is known of too few recipes to fit")
     write_table(args.models, rows)
     write_table(args.left_out, pd.concat(left_out))
     write_table(args.indices, pd.concat(indices))
     write_table(args.maps, pd.concat(maps))
     columns = ["rank", *space.names, "property", "mean", "half_width", "target"]
-    found = nearest_recipes(space, models, args.target, noise.sd, args.recipes, args.seed) if args.target else []
+    target = {name: value for name, value in args.target.items() if name in models}
+    found = nearest_recipes(space, models, target, noise.sd, args.recipes, args.seed) if target else []
     write_table(args.nearest, found, columns)
 
 

@@ -32,7 +32,8 @@ def draw_fit(axes: Axes, points: pd.DataFrame, replica_sd: float, title: str) ->
 
 
 def draw_fits(left_out: pd.DataFrame, noise: pd.DataFrame) -> Figure:
-    """Draw all properties."""
+    """Draw all properties that are fitted."""
+    noise = noise[noise.property.isin(left_out.property)]
     rows = -(-len(noise) // COLUMNS)
     figure = new_figure(4.2 * COLUMNS, 3.3 * rows)
     panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from configurations import HEADER, SCALES, load, shipped
+from configurations import HEADER, SCALES, load, scaled, shipped
 from slurrycast import surrogates
 from slurrycast.config.configuration import check
 from slurrycast.config.schema_errors import schema
@@ -389,6 +389,19 @@ def test_an_extrapolation_from_two_spacings(config):
         "microstructure.tortuosity_extrapolated = true"
     ]
     config["microstructure"]["tortuosity_spacings_um"] = [0.2, 0.15, 0.1]
+    assert check(config) == []
+
+
+def test_a_coarse_recipe_needs_coarse_voxels_for_its_tortuosity_too(config):
+    fine = {"tortuosity_spacings_um": config["microstructure"]["tortuosity_spacings_um"], "tortuosity_slurries": 1}
+    config = scaled(config, 5)
+    config["dem"]["pressure_damping_us"] *= 5
+    assert check(config) == []
+    config["microstructure"] |= fine
+    (line,) = check(config)
+    assert line.startswith("microstructure.tortuosity_spacings_um = [0.15, 0.125, 0.1]: slurry 1 may have ")
+    assert line.endswith("; or set microstructure.tortuosity_slurries: 0")
+    config["microstructure"]["tortuosity_slurries"] = 0
     assert check(config) == []
 
 

@@ -68,6 +68,16 @@ def test_mass_fractions_that_cannot_keep_their_sum(config, ranges, line):
     assert found.startswith(f"explore.ranges: {line}")
 
 
+def test_a_design_needs_more_points_than_inputs(config):
+    config["explore"] |= {"points": 6}
+    assert check(config) == []  # of a design that is not used
+    config["explore"]["recipes"] = None
+    (line,) = check(config)
+    assert line.startswith("explore.points = 6: must be at least 7, two more than inputs of explore.ranges that vary")
+    config["explore"]["points"] = 7
+    assert check(config) == []
+
+
 def test_properties_and_targets_are_measured(config):
     config["explore"] |= {"properties": ["shrinkage", "tortuosity_x_0.1um"], "target": {"porosity": 0.4}}
     unknown, unmeasured = check(config)
@@ -138,7 +148,11 @@ def test_each_bad_row_gets_one_line(config, row, line):
         (HEADER.replace(",", ";"), 'own.csv line 1: "id;confirm;mass_fraction_BDPD'),
         (
             HEADER + "\n".join(ROWS[:2]),
-            "own.csv: 2 different recipes: must be at least 4, two more than inputs that vary",
+            "own.csv: 2 recipes that no other row repeats: must be at least 4, two more than inputs that vary freely",
+        ),
+        (
+            HEADER + "\n".join([*ROWS, *(f"{row[0]}2{row[1:]}" for row in ROWS)]),
+            "own.csv: 0 recipes that no other row repeats: must be at least 5, two more than inputs that vary",
         ),
     ],
 )
@@ -152,6 +166,39 @@ def test_a_table_that_is_not_there(config):
         checked_points(config, [])
     config["explore"]["recipes"] = None
     assert checked_points(config, []) == ({}, [])  # no design yet
+
+
+def test_a_table_of_the_project_is_the_one_that_is_checked(config, monkeypatch, tmp_path):
+    monkeypatch.setattr("slurrycast.config.slurry_table.ROOT", tmp_path / "project")
+    (tmp_path / "project").mkdir()
+    (tmp_path / "project/own.csv").write_text(HEADER + "\n".join(ROWS))
+    points, _ = checked_points(config, [])
+    assert len(points) == len(ROWS) and exploration.table_path(config).samefile(tmp_path / "project/own.csv")
+    Path("own.csv").write_text(HEADER)
+    assert exploration.table_path(config) == Path("own.csv")
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (
+            {"drying": {"organics_density_g_cm3": 0.33}},
+            "drying.organics_density_g_cm3 = 0.33: must be above 0.3303, or",
+        ),
+        (
+            {"microstructure": {"spacing_um": 0.5}},
+            "microstructure.tortuosity_spacings_um = [0.1]: slurry a may have ",
+        ),
+    ],
+)
+def test_a_point_is_dried_and_measured_whatever_the_main_job_does(config, changes, line):
+    off = {"drying": {"sources": []}, "microstructure": {"tortuosity_slurries": 0}}
+    config = merged(
+        merged(config, off), changes | {"explore": {"properties": ["tortuosity_z_0.1um"], "particles": 10**5}}
+    )
+    found = lines_of(config, HEADER + "\n".join(ROWS))
+    assert found[0].startswith(f"own.csv line 2: {line}")
+    assert not any("or set" in each for each in found)
 
 
 def test_an_edited_design_is_an_own_table(config):

@@ -127,6 +127,32 @@ def test_the_page_says_what_matters_and_loads_nothing(made):
     assert [row[0] for row in page.rows].count("027") == 1
 
 
+def test_a_property_that_few_tapes_have_is_left_out(made, tmp_path):
+    paths = {name: tmp_path / f"{name}.csv" for name in ("models", "left_out", "indices", "nearest", "maps")}
+    table = read_table(made / "explore.csv")
+    table.loc[4:, "shrinkage"] = np.nan
+    table.to_csv(tmp_path / "explore.csv", index=False)
+    explore, noise = {"explore": tmp_path / "explore.csv"}, {"explore_noise": made / "explore_noise.csv"}
+    target = json.dumps({"green_density": 3.4, "shrinkage": 0.3})
+    done = run_script("fit_properties", **explore, **noise, target=target, seed=1, **paths)
+    assert "shrinkage: left out, since it is known of 4 recipes" in done.stdout
+    assert list(read_table(paths["models"]).property) == ["green_density", "share_void_union"]
+    fits, page = tmp_path / "fits.png", tmp_path / "explore.html"
+    done = run_script("plot_fits", **noise, explore_left_out=paths["left_out"], figure=fits)
+    assert done.returncode == 0, done.stderr
+    of_page = {f"explore_{name}": paths[name] for name in ("models", "indices", "nearest")}
+    of_page |= {"explore_costs": made / "explore_costs.csv", "figures": [fits, made / "explore_maps.png"]}
+    done = run_script("write_explore", run="made", **explore, **noise, **of_page, page=page)
+    assert done.returncode == 0, done.stderr
+    assert (
+        "Left out, as too few recipes have a value: shrinkage of the thickness."
+        in Page(page.read_text(encoding="utf-8")).text
+    )
+    table.assign(green_density=np.nan, share_void_union=np.nan).to_csv(tmp_path / "explore.csv", index=False)
+    done = run_script("fit_properties", **explore, **noise, seed=1, **paths)
+    assert "each property is known of too few recipes to fit" in done.stderr
+
+
 def test_a_property_that_a_tape_does_not_have(made, tmp_path):
     options = {"recipes": made / "recipes.csv", "tapes": [made / "000_direct.csv"], "properties": ["porosity"]}
     outputs = {"costs": made / "costs", "noise": tmp_path / "n.csv", "cost_table": tmp_path / "c.csv"}

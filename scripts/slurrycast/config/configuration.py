@@ -13,7 +13,7 @@ from typing import Any
 from slurrycast.config import dem_checks, drying_checks, exploration, model_checks, surrogate_checks
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.derived_runs import replicas, timestep_runs
-from slurrycast.config.formulations import of_recipe
+from slurrycast.config.formulations import merged, of_recipe
 from slurrycast.config.physics import changed_physics
 from slurrycast.config.schema_errors import schema, schema_errors, with_text_keys
 from slurrycast.config.slurry_table import Slurry, read_slurry_table
@@ -47,8 +47,12 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.convergence: "convergence.timesteps_us dem.timestep_us dem.thermo_every_steps",
     dem_checks.derived_ids: "slurries evaluation drying convergence dem.timestep_us dem.steps dem.thermo_every_steps",
     drying_checks.extrapolation: "microstructure",
+    drying_checks.tortuosity_voxels: (
+        "slurries formulation formulations force_field drying microstructure dem.skin_um"
+    ),
     dem_checks.pairs: "formulation.phases formulations force_field drying",
     exploration.ranges: "explore.ranges formulation.phases",
+    exploration.enough_points: "explore",
     exploration.properties: "explore formulation.phases drying.phase microstructure surrogate.names",
     dem_checks.rdf_pair: "formulation.phases formulations analysis.rdf_pair",
 }
@@ -160,13 +164,18 @@ def checked_points(config: Mapping, slurries: Sequence[Slurry]) -> tuple[dict[st
     """
     points, lines = exploration.read_points(config, slurries)
     recipes = exploration.with_points(config, points)
+    has_tortuosity = any(name.startswith("tortuosity_") for name in config["explore"]["properties"])
+    dried = merged(recipes, {"drying": {"sources": ["direct"]}, "microstructure": {"tortuosity_slurries": 1}})
     for point in points:
-        recipe = wet_composition(of_recipe(recipes, point.slurry.id))
-        recipe["drying"] = recipe["drying"] | {"sources": ["direct"]}  # all are dried
+        recipe = wet_composition(of_recipe(dried, point.slurry.id))  # all are dried
         wrong = [line for check_recipe in RECIPE_CHECKS for line in check_recipe(recipe, [point.slurry])]
-        lines += [
-            f"{point.place}: {line}".replace("formulation.unit_mass_pg", "explore.particles") for line in wrong[:1]
+        if has_tortuosity:
+            wrong += drying_checks.tortuosity_voxels(dried, [point.slurry])
+        # to dry nothing, or to measure no tortuosity, is no way out here
+        wrong = [
+            line.partition("; or set ")[0].replace("formulation.unit_mass_pg", "explore.particles") for line in wrong
         ]
+        lines += [f"{point.place}: {line}" for line in wrong[:1]]
     if not lines:
         confirmed = [point.slurry for point in points if point.is_confirmed]
         lines = changed_physics(recipes, confirmed, Path("results") / config["run"]["name"])

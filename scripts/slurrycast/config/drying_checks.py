@@ -6,8 +6,9 @@ from slurrycast import surrogates
 from slurrycast.analysis.quantity_names import SUMS
 from slurrycast.analysis.tortuosity import LEAST_SPACINGS
 from slurrycast.analysis.voxels import MOST_VOXELS
+from slurrycast.config.composition import wet_composition
 from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep, whole_particles
-from slurrycast.config.formulations import expected_density_g_cm3
+from slurrycast.config.formulations import expected_density_g_cm3, of_slurry
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import recipe
@@ -106,17 +107,60 @@ def extrapolation(config: Mapping, _: Sequence[Slurry]) -> Iterator[str]:
 
 def _voxels(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """The image of no slurry has too many voxels."""
-    formulation, spacing_um = config["formulation"], config["microstructure"]["spacing_um"]
+    spacing_um = config["microstructure"]["spacing_um"]
     largest = max((slurry for slurry in slurries if slurry.role != "train"), key=lambda s: s.mass_units, default=None)
     if largest is None:
         return
-    volume_um3 = largest.mass_units * formulation["unit_mass_pg"] / expected_density_g_cm3(formulation)
+    volume_um3 = _volume_um3(config["formulation"], largest)
     if volume_um3 / spacing_um**3 > MOST_VOXELS:
         yield (
             f"microstructure.spacing_um = {shown(spacing_um)}: slurry {largest.id} would have "
-            f"{volume_um3 / spacing_um**3:.2g} voxels, at most {MOST_VOXELS:.2g} are allowed: must be at least "
-            f"{(volume_um3 / MOST_VOXELS) ** (1 / 3):.3g}; or set drying.sources: []"
+            f"{_voxel_limit(volume_um3, spacing_um)}; or set drying.sources: []"
         )
+
+
+def tortuosity_voxels(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Yield a line if an image that a tortuosity is solved on may have too many voxels.
+
+    Parameters
+    ----------
+    config
+        The configuration as it is written, with all recipes.
+    slurries
+        The good rows of the slurry table.
+    """
+    settings = config["microstructure"]
+    if not config["drying"]["sources"]:
+        return
+    sizes = []
+    for slurry in sorted(slurries, key=lambda slurry: slurry.role == "new"):
+        if slurry.formulation not in ("", *config["formulations"]):
+            continue
+        recipe_config = wet_composition(of_slurry(config, slurry))
+        if any(line for check in (box_edges, whole_particles) for line in check(recipe_config, [slurry])):
+            return
+        if slurry.role not in ("train", "validation"):
+            sizes.append((_volume_um3(recipe_config["formulation"], slurry), slurry.id))
+    sizes = sizes[: settings["tortuosity_slurries"]]  # of each source the first ones, those of role `new` last
+    finest_um = min(settings["tortuosity_spacings_um"])
+    volume_um3, slurry_id = max(sizes, default=(0, ""))
+    if volume_um3 / finest_um**3 > MOST_VOXELS:
+        yield (
+            f"microstructure.tortuosity_spacings_um = {shown(settings['tortuosity_spacings_um'])}: slurry {slurry_id} "
+            f"may have {_voxel_limit(volume_um3, finest_um)}; or set microstructure.tortuosity_slurries: 0"
+        )
+
+
+def _volume_um3(formulation: Mapping, slurry: Slurry) -> float:
+    return slurry.mass_units * formulation["unit_mass_pg"] / expected_density_g_cm3(formulation)
+
+
+def _voxel_limit(volume_um3: float, spacing_um: float) -> str:
+    """How many voxels there would be, and what spacing is allowed."""
+    return (
+        f"{volume_um3 / spacing_um**3:.2g} voxels, at most {MOST_VOXELS:.2g} are allowed: must be at least "
+        f"{(volume_um3 / MOST_VOXELS) ** (1 / 3):.3g}"
+    )
 
 
 def _thickness(

@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from slurrycast.config.composition import wet_composition
 from slurrycast.config.dem_checks import SUM_TOLERANCE, particles_per_pg
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.schema_errors import schema, schema_errors, shown
-from slurrycast.config.slurry_table import Slurry, cell_value, read_cells
+from slurrycast.config.slurry_table import Slurry, cell_value, read_cells, table_file
 from slurrycast.dem import recipe
 from slurrycast.explore.inputs import CONFIRMED, SHARE
 from slurrycast.runtime.files import InputError, check_unchanged
@@ -41,8 +42,9 @@ def is_on(config: Mapping) -> bool:
 
 
 def table_path(config: Mapping) -> Path:
-    """Path of the table of recipes: the user's own, or that of the design."""
-    return Path(config["explore"]["recipes"] or f"results/{config['run']['name']}/design.csv")
+    """Path of the table of recipes: the user's own, as `table_file` finds it, or that of the design."""
+    own = config["explore"]["recipes"]
+    return table_file(own) if own else Path(f"results/{config['run']['name']}/design.csv")
 
 
 def inputs_allowed(config: Mapping) -> dict[str, Mapping]:
@@ -95,6 +97,16 @@ def ranges(config: Mapping, _) -> Iterator[str]:
         yield (
             f"{key}: {', '.join(shares)}: sum to {least:.6g} to {most:.6g}: must have {total:.6g} in between, what the "
             "other phases leave of 1"
+        )
+
+
+def enough_points(config: Mapping, _) -> Iterator[str]:
+    """A design has enough points to fit models to."""
+    settings = config["explore"]
+    if settings["ranges"] and not settings["recipes"] and settings["points"] < (least := _fewest(settings["ranges"])):
+        yield (
+            f"explore.points = {settings['points']}: must be at least {least}, two more than inputs of explore.ranges "
+            "that vary freely"
         )
 
 
@@ -203,11 +215,17 @@ def _too_few(points: Sequence[Point], path: Path) -> Iterator[str]:
     """Some input varies, and recipes are enough to fit a model to."""
     columns = {name: {point.inputs[name] for point in points} for name in points[0].inputs} if points else {}
     varied = [name for name, values in columns.items() if len(values) > 1]
-    free = len(varied) - any(name.startswith(SHARE) for name in varied)
-    different = {tuple(point.inputs.values()) for point in points}
-    least = max(free, 1) + 2
-    if len(different) < least:
-        yield f"{path}: {len(different)} different recipes: must be at least {least}, two more than inputs that vary"
+    single = list(Counter(tuple(point.inputs.values()) for point in points).values()).count(1)
+    if single < (least := _fewest(varied)):
+        yield (
+            f"{path}: {single} recipes that no other row repeats: must be at least {least}, two more than inputs that "
+            "vary freely"
+        )
+
+
+def _fewest(varied: Sequence[str]) -> int:
+    """How many recipes a fit over these inputs needs; repeated ones tell the noise alone."""
+    return max(len(varied) - any(name.startswith(SHARE) for name in varied), 1) + 2
 
 
 def _point(config: Mapping, id: str, inputs: Mapping[str, float], is_confirmed: bool, place: str) -> Point:

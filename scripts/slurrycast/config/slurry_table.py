@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -39,6 +40,15 @@ def cell_value(text: str, rule: Mapping) -> str | int | float:
     return text
 
 
+def table_file(path: str | Path) -> Path:
+    """Path of a table that a user names, from the working directory, or else of the project where that has it."""
+    try:
+        is_elsewhere = not Path(path).exists() and (ROOT / path).exists()
+    except OSError:  # such as a name too long: reading it says so
+        is_elsewhere = False
+    return Path(os.path.relpath(ROOT / path) if is_elsewhere else path)
+
+
 def read_cells(path: str | Path, delimiter: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
     """Cells of a table that a user wrote.
 
@@ -56,10 +66,7 @@ def read_cells(path: str | Path, delimiter: str) -> tuple[list[tuple[int, list[s
     """
     try:
         # utf-8-sig: spreadsheet programs put a byte order mark in front
-        try:
-            text = Path(path).read_text(encoding="utf-8-sig")
-        except FileNotFoundError:
-            text = (ROOT / path).read_text(encoding="utf-8-sig")
+        text = table_file(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         folders = [str(folder) for folder in dict.fromkeys((Path.cwd(), ROOT))]
         searched = f"neither in {folders[0]} nor in {folders[1]}" if len(folders) > 1 else f"not in {folders[0]}"

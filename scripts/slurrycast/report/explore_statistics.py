@@ -67,6 +67,7 @@ def summary(exploration: Exploration) -> Mapping:
         "ranking": [(input_name(name), mean) for name, mean in means.items()],
         "causes": causes,
         "unresolved": [exploration.names[name] for name in models.property[models.resolved == "no"]],
+        "not_fitted": [name for key, name in exploration.names.items() if key not in set(models.property)],
         "beyond_noise": _named(exploration, models.loo_over_replica_sd > MOST_LOO_PER_REPLICA_SD),
         "covered_wrongly": _named(exploration, ~models.coverage_90_calibrated.between(low, high)),
     }
@@ -126,7 +127,7 @@ def target(exploration: Exploration) -> Mapping | None:
         return None
     wanted = nearest[nearest["rank"] == 1].dropna(subset="target")
     # what is wanted first
-    names = dict.fromkeys([*wanted.property, *exploration.names])
+    names = dict.fromkeys([*wanted.property, *exploration.models.property])
     rows = []
     for _, of_recipe in nearest.groupby("rank"):
         recipe, found = of_recipe.iloc[0], of_recipe.set_index("property")

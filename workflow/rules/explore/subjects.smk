@@ -22,7 +22,11 @@ def explored_recipes(wildcards):
     if not exploration.is_on(config):
         raise WorkflowError("explore.ranges = {}: must have at least one input for this target, or set explore.recipes")
     if DESIGN_PROBLEMS:
-        raise WorkflowError(*DESIGN_PROBLEMS, "Nothing was run; snakemake design writes another one.")
+        raise WorkflowError(
+            *DESIGN_PROBLEMS,
+            "Nothing was run. For another design change explore.ranges, explore.points or explore.particles and run "
+            "snakemake design again.",
+        )
     if not POINTS:
         raise WorkflowError(f"{RECIPE_TABLE}: no such file: run snakemake design with this configuration first")
     return str(RECIPE_TABLE)
