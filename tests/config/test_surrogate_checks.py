@@ -15,7 +15,7 @@ from slurrycast.config.model_checks import model_warnings, tuning_tests
 from slurrycast.config.physics import physics
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.surrogates import vgg16
-from slurrycast.surrogates.trained_on import KEYS, recipe_of, write_trained_on
+from slurrycast.surrogates.trained_on import KINDS, recipe_of, write_trained_on
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -212,13 +212,18 @@ def test_a_model_to_start_from_has_to_fit(config, monkeypatch):
         with zipfile.ZipFile("other/model.keras", "w") as archive:
             archive.writestr("config.json", json.dumps(content))
         assert check(config) == ([f"{what}{problem}, for vgg16"] if problem else [])
-    known = dict.fromkeys(KEYS) | {
+    known = {key: kind() for key, kind in KINDS.items()} | {
         "surrogate": "vgg16",
+        "recipes": [{}],
         "input_frames": [6, 7, 8, 9],
         "phases": ["BDPD", "NiO", "8YSZ"],
     }
     write_trained_on("other/trained_on.json", known)
     assert check(config) == [f"{what}was trained with input frames [6, 7, 8, 9], needed is [7, 8, 9, 10]"]
+    for key, value in (("recipes", []), ("recipes", 3), ("recipes", ["a"]), ("phases", None), ("range", [])):
+        write_trained_on("other/trained_on.json", known | {key: value})
+        (line,) = check(config)
+        assert line.endswith(f"trained_on.json: {key}: not as describe_model writes it")
     own = Path("results/demo/models/vgg16/model.keras")
     own.parent.mkdir(parents=True)
     own.touch()

@@ -7,7 +7,9 @@ from pathlib import Path
 from slurrycast.runtime.files import InputError, write_text
 
 FILE = "trained_on.json"  # beside model.keras or model.json
-KEYS = ("surrogate", "model_sha256", "slurries", "input_frames", "target_frame", "phases", "recipes", "range")
+# What it holds, and of which kind.
+KINDS = {"surrogate": str, "model_sha256": str, "slurries": list, "input_frames": list, "target_frame": int}
+KINDS |= {"phases": list, "recipes": list, "range": dict}
 
 
 def recipe_of(physics: Mapping) -> dict:
@@ -21,7 +23,7 @@ def distinct(recipes: Sequence[Mapping]) -> list[Mapping]:
 
 
 def write_trained_on(path: str | Path, known: Mapping) -> None:
-    """Write the description of a model, with the KEYS; an empty one where nothing is known."""
+    """Write the description of a model, with the keys of KINDS; an empty one where nothing is known."""
     write_text(path, json.dumps(dict(known), indent=1, ensure_ascii=False) + "\n")
 
 
@@ -34,9 +36,16 @@ def read_trained_on(path: str | Path) -> dict | None:
         return None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not readable JSON ({' '.join(str(error).split())})") from error
-    if not isinstance(known, dict) or (known and any(key not in known for key in KEYS)):
-        raise InputError(f"{path}: does not say what a model was trained on: must hold {', '.join(KEYS)}")
-    return known or None
+    if not isinstance(known, dict) or (known and any(key not in known for key in KINDS)):
+        raise InputError(f"{path}: does not say what a model was trained on: must hold {', '.join(KINDS)}")
+    if not known:
+        return None
+    nested = {"recipes": known["recipes"], "range": known["range"].values() if isinstance(known["range"], dict) else []}
+    wrong = [key for key, kind in KINDS.items() if not isinstance(known[key], kind)]
+    wrong += [key for key, items in nested.items() if key not in wrong and not all(isinstance(i, dict) for i in items)]
+    if wrong or not known["recipes"]:
+        raise InputError(f"{path}: {(wrong or ['recipes'])[0]}: not as describe_model writes it")
+    return known
 
 
 def beside(model: str | Path) -> Path:
