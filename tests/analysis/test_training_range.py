@@ -307,6 +307,16 @@ def test_a_model_carries_its_range_to_another_run(frames_of, outputs, tmp_path):
     assert [list(recipe["phases"]) for recipe in known["recipes"]] == [["BDPD", "NiO"], ["BDPD", "NiO", "8YSZ"]]
     assert (known["slurries"], known["input_frames"], known["surrogate"]) == (["T1", "T2"], [9, 10], "vgg16")
     assert known["phases"] == options["phases"]
+    assert "started_from" not in known
+    further = tmp_path / "further.json"
+    for frames, start in ((training[1], {"start_from": model}), (training, {})):  # the model is of both
+        options = {"model": model, "input_frames": [9, 10], "target_frame": 120, "first_frame_seen": 10}
+        options |= {"phases": known["phases"], "frames": frames, "trained_on": further}
+        assert run_script("describe_model", surrogate="vgg16", **options, **start).returncode == 0
+        tuned = read_trained_on(further)
+        assert (tuned["recipes"], tuned["range"]) == (known["recipes"], known["range"])
+        start = {"model_sha256": known["model_sha256"], "recipes": known["recipes"]} if start else None
+        assert tuned.get("started_from") == start
     asked = {"predicted": [frames_of("6", 900.0)], "roles": "test", "last_input_frame": 10, **outputs}
     here = written("check_training_range", training=training, **asked)
     there = written("check_training_range", models=f"vgg16={described}", **asked)

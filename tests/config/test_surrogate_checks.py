@@ -14,8 +14,9 @@ from slurrycast.config.label_settings import first_frame_seen, training_needed, 
 from slurrycast.config.model_checks import model_warnings, tuning_tests
 from slurrycast.config.physics import physics
 from slurrycast.config.slurry_table import Slurry
+from slurrycast.runtime.files import checksum
 from slurrycast.surrogates import vgg16
-from slurrycast.surrogates.trained_on import KINDS, recipe_of, write_trained_on
+from slurrycast.surrogates.trained_on import recipe_of, write_trained_on
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -212,18 +213,34 @@ def test_a_model_to_start_from_has_to_fit(config, monkeypatch):
         with zipfile.ZipFile("other/model.keras", "w") as archive:
             archive.writestr("config.json", json.dumps(content))
         assert check(config) == ([f"{what}{problem}, for vgg16"] if problem else [])
-    known = {key: kind() for key, kind in KINDS.items()} | {
+    known = {
         "surrogate": "vgg16",
+        "model_sha256": checksum("other/model.keras"),
+        "slurries": ["T1"],
+        "target_frame": 120,
+        "range": {},
         "recipes": [{}],
         "input_frames": [6, 7, 8, 9],
         "phases": ["BDPD", "NiO", "8YSZ"],
     }
     write_trained_on("other/trained_on.json", known)
     assert check(config) == [f"{what}was trained with input frames [6, 7, 8, 9], needed is [7, 8, 9, 10]"]
-    for key, value in (("recipes", []), ("recipes", 3), ("recipes", ["a"]), ("phases", None), ("range", [])):
+    recipe = "a list of at least one recipe, each a mapping"
+    quantity = "a mapping of quantities to numbers training_min, training_max, low, high"
+    for key, value, allowed in (
+        ("recipes", [], recipe),
+        ("recipes", 3, recipe),
+        ("recipes", ["a"], recipe),
+        ("phases", None, "a list of names"),
+        ("phases", [1], "a list of names"),
+        ("input_frames", ["7"], "a list of whole numbers"),
+        ("target_frame", True, "a whole number"),
+        ("range", [], quantity),
+        ("range", {"particles": {}}, quantity),
+        ("range", {"particles": dict.fromkeys(("training_min", "training_max", "low", "high"), "a")}, quantity),
+    ):
         write_trained_on("other/trained_on.json", known | {key: value})
-        (line,) = check(config)
-        assert line.endswith(f"trained_on.json: {key}: not as describe_model writes it")
+        assert check(config) == [f"{what}other/trained_on.json: {key}: must be {allowed}"]
     own = Path("results/demo/models/vgg16/model.keras")
     own.parent.mkdir(parents=True)
     own.touch()

@@ -41,7 +41,7 @@ def phases_of(label):
 
 def start_of(label):
     """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
-    return config["surrogate"][LABELS[label].name].get("start_from") or []
+    return config["surrogate"].get(LABELS[label].name, {}).get("start_from") or []
 
 
 def learned_from(wildcards):

@@ -79,6 +79,7 @@ if DESCRIBED:
             **code("surrogate/describe_model"),
             model=lambda wildcards: model_of(wildcards.surrogate),
             frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
+            start_from=lambda wildcards: start_of(wildcards.surrogate),
         output:
             trained_on=f"{RESULTS}/models/{{surrogate}}/trained_on.json",
         log:
@@ -92,11 +93,13 @@ if DESCRIBED:
             input_frames=lambda wildcards: input_frames(wildcards.surrogate),
             target_frame=TARGET_FRAME,
             phases=PHASES,
+            started=lambda wildcards, input: ["--start-from", input.start_from] if input.start_from else [],
             first_frame_seen=lambda wildcards: label_settings.first_frame_seen(config, wildcards.surrogate),
         shell:
             "python {input.script:q} --surrogate {wildcards.surrogate:q} --model {input.model:q}"
             " --frames {input.frames:q} --input-frames {params.input_frames} --target-frame {params.target_frame}"
-            " --phases {params.phases:q} --first-frame-seen {params.first_frame_seen} --trained-on {output.trained_on:q}"
+            " --phases {params.phases:q} --first-frame-seen {params.first_frame_seen} {params.started:q}"
+            " --trained-on {output.trained_on:q}"
             " 2>&1 | tee {log:q}"
 
 

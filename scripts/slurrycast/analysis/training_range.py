@@ -143,20 +143,28 @@ def training_range(training: Iterable[State], earlier_g_cm3: Sequence[float] = (
 
     `earlier_g_cm3` are their densities at input frames before the last one.
     """
-    found: dict[str, list[Value]] = {}
-    each = [quantities(slurry) for slurry in training]
-    for name in dict.fromkeys(name for values in each for name in values):
-        missing = [Value(0.0, 0.0, 0.0)] if name.startswith(FRACTION_PREFIX) else []
-        found[name] = [value for values in each for value in ([values[name]] if name in values else missing)]
-    found["density_g_cm3"] += [exact(density) for density in earlier_g_cm3]
+    each = [
+        {name: Range(value.value, value.value, value.low, value.high) for name, value in quantities(slurry).items()}
+        for slurry in training
+    ]
+    earlier = [{**each[0], "density_g_cm3": Range(*[float(density)] * 4)} for density in earlier_g_cm3]
+    return merged([*each, *earlier])
+
+
+def merged(ranges: Sequence[Mapping[str, Range]]) -> dict[str, Range]:
+    """The range of all training slurries from those of parts of them, by quantity."""
+    found = {}
+    for name in dict.fromkeys(name for each in ranges for name in each):
+        missing = [NONE_OF_IT] if name.startswith(FRACTION_PREFIX) else []
+        found[name] = [limits for each in ranges for limits in ([each[name]] if name in each else missing)]
     return {
         name: Range(
-            min(each.value for each in values),
-            max(each.value for each in values),
-            min(each.low for each in values),
-            max(each.high for each in values),
+            min(each.training_min for each in limits),
+            max(each.training_max for each in limits),
+            min(each.low for each in limits),
+            max(each.high for each in limits),
         )
-        for name, values in found.items()
+        for name, limits in found.items()
     }
 
 

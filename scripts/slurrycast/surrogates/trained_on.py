@@ -3,13 +3,36 @@
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from slurrycast.runtime.files import InputError, write_text
 
 FILE = "trained_on.json"  # beside model.keras or model.json
-# What it holds, and of which kind.
-KINDS = {"surrogate": str, "model_sha256": str, "slurries": list, "input_frames": list, "target_frame": int}
-KINDS |= {"phases": list, "recipes": list, "range": dict}
+LIMITS = ("training_min", "training_max", "low", "high")  # of each quantity in its range
+
+
+def _are(kind: type, values: Any) -> bool:
+    return isinstance(values, list) and all(type(value) is kind for value in values)
+
+
+def _is_range(quantities: Any) -> bool:
+    return isinstance(quantities, dict) and all(
+        isinstance(limits, dict) and limits.keys() == {*LIMITS} and {*map(type, limits.values())} <= {int, float}
+        for limits in quantities.values()
+    )
+
+
+# What it holds: what is allowed for each key, in words and as a test.
+ALLOWED = {
+    "surrogate": ("text", lambda value: isinstance(value, str)),
+    "model_sha256": ("text", lambda value: isinstance(value, str)),
+    "slurries": ("a list of ids", lambda value: _are(str, value)),
+    "input_frames": ("a list of whole numbers", lambda value: _are(int, value)),
+    "target_frame": ("a whole number", lambda value: type(value) is int),
+    "phases": ("a list of names", lambda value: _are(str, value)),
+    "recipes": ("a list of at least one recipe, each a mapping", lambda value: _are(dict, value) and value != []),
+    "range": (f"a mapping of quantities to numbers {', '.join(LIMITS)}", _is_range),
+}
 
 
 def recipe_of(physics: Mapping) -> dict:
@@ -23,7 +46,7 @@ def distinct(recipes: Sequence[Mapping]) -> list[Mapping]:
 
 
 def write_trained_on(path: str | Path, known: Mapping) -> None:
-    """Write the description of a model, with the keys of KINDS; an empty one where nothing is known."""
+    """Write the description of a model, with the keys of ALLOWED; an empty one where nothing is known."""
     write_text(path, json.dumps(dict(known), indent=1, ensure_ascii=False) + "\n")
 
 
@@ -36,15 +59,13 @@ def read_trained_on(path: str | Path) -> dict | None:
         return None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not readable JSON ({' '.join(str(error).split())})") from error
-    if not isinstance(known, dict) or (known and any(key not in known for key in KINDS)):
-        raise InputError(f"{path}: does not say what a model was trained on: must hold {', '.join(KINDS)}")
-    if not known:
+    if known == {}:
         return None
-    nested = {"recipes": known["recipes"], "range": known["range"].values() if isinstance(known["range"], dict) else []}
-    wrong = [key for key, kind in KINDS.items() if not isinstance(known[key], kind)]
-    wrong += [key for key, items in nested.items() if key not in wrong and not all(isinstance(i, dict) for i in items)]
-    if wrong or not known["recipes"]:
-        raise InputError(f"{path}: {(wrong or ['recipes'])[0]}: not as describe_model writes it")
+    if not isinstance(known, dict) or any(key not in known for key in ALLOWED):
+        raise InputError(f"{path}: does not say what a model was trained on: must hold {', '.join(ALLOWED)}")
+    for key, (allowed, is_allowed) in ALLOWED.items():
+        if not is_allowed(known[key]):
+            raise InputError(f"{path}: {key}: must be {allowed}")
     return known
 
 
