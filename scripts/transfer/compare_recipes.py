@@ -1,11 +1,12 @@
 """Compare what surrogates are worth on recipes that they were trained on and on others.
 
 In: tables/skill.csv, structure_errors.csv and, where tapes are judged, tape_errors.csv; the recipe and the role of each
-held-out slurry (JSON), and the recipes that the surrogates were trained on.
-Out: tables/recipes.csv, one row a role, recipe, surrogate and quantity: whether surrogates were trained on the recipe
-(yes, no), number of slurries, mean, least and greatest value over them, and the mean distance from the DEM in replica
-sd. The value is the skill itself; of relaxed structures and of tapes the difference to the DEM, of density and tape
-properties in % of the DEM's, of coordinations in contacts; and of an RDF the mean |g - g of the DEM|, in units of that
+held-out slurry (JSON), and the recipes that the surrogates were trained on: those of this run, and of a surrogate whose
+model came from elsewhere, its own (JSON, with null where that does not say).
+Out: tables/recipes.csv, one row a role, recipe, surrogate and quantity: whether the surrogate was trained on the recipe
+(yes, no, unknown), number of slurries, mean, least and greatest value over them, and the mean distance from the DEM in
+replica sd. The value is the skill itself; of relaxed structures and of tapes the difference to the DEM, of density and
+tape properties in % of the DEM's, of coordinations in contacts; and of an RDF the mean |g - g of the DEM|, in units of that
 between replicas. The replica sd is that of the replicated slurries, whatever the recipe. The default recipe is called
 "default".
 """
@@ -46,21 +47,24 @@ def errors(table: pd.DataFrame, stage: str) -> pd.DataFrame:
     return pd.DataFrame(rows | {"value": value, "replica_sds": sds}).dropna(subset=["value"])
 
 
-def grouped(rows: pd.DataFrame, recipes: Mapping, roles: Mapping, trained: list[str]) -> Iterator[dict]:
+def grouped(
+    rows: pd.DataFrame, recipes: Mapping, roles: Mapping, trained: list[str], elsewhere: Mapping[str, list[str | None]]
+) -> Iterator[dict]:
     """One row a role, recipe, surrogate and quantity, in the order in which they come.
 
-    `recipes` and `roles` are by slurry, `trained` are the recipes that surrogates were trained on. InputError for a
-    slurry that is in none of them.
+    `recipes` and `roles` are by slurry, `trained` are the recipes that surrogates were trained on, but for those in
+    `elsewhere`, which has their own, and None if there may be others. InputError for a slurry without recipe or role.
     """
     unknown = [slurry for slurry in rows.slurry.unique() if slurry not in recipes or slurry not in roles]
     if unknown:
         raise InputError(f"--recipes, --roles: slurry {unknown[0]} has no recipe or role")
     keys = [rows.slurry.map(roles), rows.slurry.map(recipes), rows.surrogate, rows.quantity, rows.unit]
     for (role, recipe, surrogate, quantity, unit), group in rows.groupby(keys, sort=False):
+        known = elsewhere.get(surrogate, trained)
         yield {
             "role": role,
             "recipe": recipe or DEFAULT,
-            "trained_on": "yes" if recipe in trained else "no",
+            "trained_on": "yes" if recipe in known else "unknown" if None in known else "no",
             "surrogate": surrogate,
             "quantity": quantity,
             "unit": unit,
@@ -79,6 +83,8 @@ def add_options(parser: Parser) -> None:
     parser.add_value("--recipes", 'JSON: recipe of each held-out slurry, "" for the default', type=json.loads)
     parser.add_value("--roles", "JSON: role of each held-out slurry", type=json.loads)
     parser.add_value("--trained", "JSON: list of the recipes that surrogates were trained on", type=json.loads)
+    meaning = "JSON: recipes of surrogates whose model is not of this run's training alone, by label; null: others"
+    parser.add_value("--elsewhere", meaning, type=json.loads, default={})
     parser.add_output("--table", "table of recipes (CSV)")
 
 
@@ -92,7 +98,8 @@ def main(args: Namespace) -> None:
     rows = pd.concat(parts, ignore_index=True).reindex(
         columns=["surrogate", "slurry", "quantity", "unit", "value", "replica_sds"]
     )
-    table = pd.DataFrame(grouped(rows, args.recipes, args.roles, args.trained), columns=COLUMNS)
+    groups = grouped(rows, args.recipes, args.roles, args.trained, args.elsewhere)
+    table = pd.DataFrame(groups, columns=COLUMNS)
     write_table(args.table, table, digits=6)
 
 

@@ -1,7 +1,5 @@
 """Surrogates in the configuration: trained models, and what follows for one label."""
 
-import json
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,13 +8,15 @@ import pytest
 from configurations import HEADER
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.configuration import check, checked_slurries
+from slurrycast.config.formulations import wet_recipes
 from slurrycast.config.label_settings import first_frame_seen, training_needed, without_training
-from slurrycast.config.model_checks import model_warnings, tuning_tests
+from slurrycast.config.model_checks import model_warnings, recipes_trained_on, tuning_tests
 from slurrycast.config.physics import physics
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.runtime.files import checksum
 from slurrycast.surrogates import vgg16
 from slurrycast.surrogates.trained_on import recipe_of, write_trained_on
+from stored_models import write_layers, write_model
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("in_empty_project")
 @pytest.fixture
 def with_model(in_empty_project, config) -> dict:
     """The shipped configuration with a trained model, without evaluation and pictures of surrogates."""
-    Path("model.keras").touch()
+    write_model("model.keras", "vgg16")
     config["surrogate"]["models"] = {"vgg16": "model.keras"}
     config["report"]["pictures"] = config["evaluation"]["surrogates"] = []
     return config
@@ -32,7 +32,7 @@ def with_model(in_empty_project, config) -> dict:
 
 def test_training_slurries_are_not_needed_where_a_model_is_given(config):
     Path("new.tsv").write_text(HEADER + "N1\tnew\t2\t1\t7\n")
-    Path("model.keras").touch()
+    write_model("model.keras", "vgg16")
     config["slurries"], config["surrogate"]["models"] = "new.tsv", {"vgg16": "model.keras"}
     assert check(config) == []
     config["surrogate"]["names"] = []
@@ -54,7 +54,7 @@ def test_a_model_that_the_run_itself_writes_is_refused(config):
     """Its rule would delete it before it copies it."""
     model = Path("results/demo/models/vgg16/model.keras")
     model.parent.mkdir(parents=True)
-    model.touch()
+    write_model(model, "vgg16")
     config["surrogate"]["models"] = {"vgg16": f"./{model}"}
     assert check(config) == [
         'surrogate.models.vgg16 = "./results/demo/models/vgg16/model.keras": must lie outside results/demo/models, '
@@ -88,10 +88,12 @@ def test_a_model_is_of_a_network_of_the_run(with_model, names, networks):
 )
 def test_training_slurries_are_run_unless_all_networks_of_the_main_job_are_given(with_model, names, adopted, needed):
     further = [label for label in adopted if label not in names]
+    for label in adopted:
+        write_model(f"{label}.keras", label)
     with_model["evaluation"]["surrogates"] = further
     with_model["surrogate"] |= {
         "names": names,
-        "models": dict.fromkeys(adopted, "model.keras"),
+        "models": {label: f"{label}.keras" for label in adopted},
         "packing_fraction": 0.66,
     }
     assert check(with_model) == []
@@ -107,6 +109,7 @@ def test_the_former_key_of_a_model_says_what_to_write(config, value):
 
 
 def test_a_model_without_its_box_needs_the_packing_fraction(with_model):
+    write_model("model.keras", "vgg16_box")
     with_model["surrogate"] |= {"names": ["affine", "vgg16_box"], "models": {"vgg16_box": "model.keras"}}
     (line,) = check(with_model)
     assert line.startswith("surrogate.packing_fraction = null: must be a number for vgg16_box with surrogate.models")
@@ -134,9 +137,10 @@ def trained_elsewhere(config) -> Callable[..., None]:
     """Let a run use a model that was trained on its recipe but for changes of the description."""
 
     def write(**changes: object) -> None:
-        Path("model.keras").write_text("weights")
+        write_model("model.keras", "vgg16")
         recipe = recipe_of(physics(wet_composition(config), Slurry("T1", "train", 1, 1, 1)))
-        known = {"surrogate": "vgg16", "model_sha256": "", "slurries": ["T1"], "range": {}, "recipes": [recipe]}
+        known = {"surrogate": "vgg16", "slurries": ["T1"], "range": {}, "recipes": [recipe]}
+        known |= {"model_sha256": checksum("model.keras")}
         known |= {"input_frames": [7, 8, 9, 10], "target_frame": 120, "phases": ["BDPD", "NiO", "8YSZ"]} | changes
         write_trained_on("trained_on.json", known)
         config["surrogate"]["models"] = {"vgg16": "model.keras"}
@@ -155,6 +159,7 @@ MODEL = 'surrogate.models.vgg16 = "model.keras": '
         ({"target_frame": 60}, "was trained with target frame 60, needed is 120"),
         ({"phases": ["NiO", "BDPD"]}, "was trained without a phase 8YSZ: must know all phases"),
         ({"phases": ["NiO", "BDPD", "8YSZ", "Ag"]}, None),
+        ({"model_sha256": "0"}, "trained_on.json: is of another model than model.keras beside it"),
         ({"surrogate": "vgg16_relative"}, 'was trained with surrogate "vgg16_relative", needed is "vgg16"'),
     ],
 )
@@ -192,6 +197,54 @@ def test_a_model_that_says_nothing_is_used_with_a_warning(config, trained_elsewh
         assert line.startswith(f"{MODEL}trained_on.json: {says}")
 
 
+@pytest.mark.parametrize(
+    ("label", "shapes", "problem"),
+    [
+        ("vgg16", {"frames": (3, 6)}, "takes inputs of shape 3 x 6, vgg16 needs 4 x 6"),
+        ("vgg16", {"frames": (4, 9)}, "takes inputs of shape 4 x 9, vgg16 needs 4 x 6"),
+        ("vgg16_box", {"frames": (4, 6)}, "takes inputs of shape 4 x 6, vgg16_box needs 4 x 9"),
+        ("vgg16_box_nobox", {"frames": (4, 6)}, None),
+        ("vgg16_box_xu", {"frames": (4, 6)}, "takes inputs of shape 4 x 6, vgg16_box_xu needs 4 x 9"),
+        ("neighbours", {}, None),
+        ("neighbours", {"past": (3, 2)}, "takes inputs of shape 3 x 2, neighbours needs 3 x 3"),
+        ("vgg16", None, "model.keras is no Keras model"),
+    ],
+)
+def test_a_model_has_to_take_what_its_surrogate_sees(config, label, shapes, problem):
+    if shapes is None:
+        Path("model.keras").write_text("weights")
+    else:
+        write_model("model.keras", label, **shapes)
+    config["evaluation"]["surrogates"], config["report"]["pictures"] = [], []
+    config["surrogate"] |= {"names": ["affine", label], "models": {label: "model.keras"}, "packing_fraction": 0.66}
+    what = f'surrogate.models.{label} = "model.keras": '
+    lines = check(config)
+    assert len(lines) == (problem is not None) and all(line.startswith(what + problem) for line in lines)
+
+
+@pytest.mark.parametrize("ensemble", [[], [("Ensemble", {"shape": {}})], [("Ensemble", {"shape": None})]])
+def test_a_network_of_another_kind_or_an_earlier_version_is_refused(with_model, ensemble):
+    """Though its inputs fit."""
+    write_layers("model.keras", [("InputLayer", {"name": "past", "batch_shape": [None, 3, 3]}), *ensemble])
+    with_model["surrogate"] |= {"names": ["neighbours"], "models": {"neighbours": "model.keras"}}
+    with_model["surrogate"]["packing_fraction"] = 0.66
+    says = "is no model of neighbours, or one of an earlier version: train it again"
+    assert check(with_model) == [f'surrogate.models.neighbours = "model.keras": {says}']
+
+
+def test_recipes_that_a_model_was_trained_on(config, trained_elsewhere):
+    """Those of the slurries to predict, whatever this run trains on."""
+    coarse = {"force_field": {"granular_hertz": {"friction": 0.02}}}
+    config["formulations"] = {"coarse": config["formulations"].get("coarse", {}) | coarse}
+    slurries = [Slurry("T", "train", 1, 1, 1), Slurry("A", "test", 1, 1, 2), Slurry("B", "test", 1, 1, 3, "coarse")]
+    recipes = [recipe_of(physics(wet_recipes(config), slurry)) for slurry in slurries[1:]]
+    for known, names in ((recipes, ["", "coarse"]), (recipes[1:], ["coarse"]), ([{}], [])):
+        trained_elsewhere(recipes=known)
+        assert recipes_trained_on(config, slurries, "model.keras") == names
+    Path("trained_on.json").unlink()
+    assert recipes_trained_on(config, slurries, "model.keras") is None
+
+
 def test_a_model_to_start_from_has_to_fit(config, monkeypatch):
     """What does not is said before any job, by its layers and by what it says of itself."""
     config["surrogate"]["vgg16"]["start_from"] = "other/model.keras"
@@ -209,9 +262,7 @@ def test_a_model_to_start_from_has_to_fit(config, monkeypatch):
     ):
         layers = [("InputLayer", {"name": "frames", "batch_shape": batch_shape})]
         layers += [("Dense", {"units": units}) for units in (4, 4, 3)]
-        content = {"config": {"layers": [{"class_name": kind, "config": settings} for kind, settings in layers]}}
-        with zipfile.ZipFile("other/model.keras", "w") as archive:
-            archive.writestr("config.json", json.dumps(content))
+        write_layers("other/model.keras", layers)
         assert check(config) == ([f"{what}{problem}, for vgg16"] if problem else [])
     known = {
         "surrogate": "vgg16",

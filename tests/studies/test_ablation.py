@@ -9,7 +9,6 @@ import pytest
 from script_runs import run_script
 from slurrycast.data.dataset import TrainingSet, write_training_set
 from slurrycast.data.tables import read_table
-from slurrycast.surrogates import vgg16
 
 LABELS = ["vgg16", "vgg16_box_xu", "vgg16_box_absolute", "vgg16_box_nobox", "vgg16_box"]
 ROLES = {"V1": "validation", "V2": "validation", "1": "test", "6": "test"}
@@ -103,22 +102,3 @@ def test_what_does_not_fit_is_refused_on_one_line(run, changes, message):
     done = run(**changes)
     assert done.returncode == 1
     assert done.stderr.startswith("error: ") and message in done.stderr and done.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("label", "width", "wanted"),
-    [("vgg16", 6, 6), ("vgg16_box", 9, 9), ("vgg16_box_nobox", 6, 6), ("vgg16_box_xu", 6, 9), ("vgg16", 9, 6)],
-)
-def test_a_model_from_elsewhere_must_take_what_the_surrogate_sees(tmp_path, label, width, wanted, monkeypatch):
-    monkeypatch.setattr(vgg16, "BLOCKS", ((4,),))
-    monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
-    vgg16.build(4, width).save(tmp_path / "trained.keras")
-    files = {"trained": "trained.keras", "model": "out.keras", "trained_on": "out.json"}
-    options = {name: tmp_path / file for name, file in files.items()}
-    options |= {"history": tmp_path / "out.csv", "cost": tmp_path / "cost.json", "input_frames": [7, 8, 9, 10]}
-    done = run_script("adopt_model", surrogate=label, **options)
-    if width == wanted:
-        assert done.returncode == 0, done.stderr
-        assert (tmp_path / "out.keras").read_bytes() == (tmp_path / "trained.keras").read_bytes()
-    else:
-        assert f"takes inputs of shape 4 x {width}, {label} needs 4 x {wanted}" in done.stderr

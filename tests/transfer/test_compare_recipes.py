@@ -48,6 +48,11 @@ def test_errors_are_grouped_by_recipe(options):
     rows = written("compare_recipes", **options)
     assert len(rows) == 2 * 2 * 5  # recipes, surrogates, quantities
     assert dict(zip(rows.recipe, rows.trained_on, strict=True)) == {"default": "yes", "coarse": "no"}
+    for known, expected in ((["coarse"], ["no", "yes"]), ([None], ["unknown"] * 2), (["", None], ["yes", "unknown"])):
+        of_net = written("compare_recipes", **options, elsewhere=json.dumps({"net": known}))
+        trained_on = of_net.groupby(["surrogate", "recipe"]).trained_on.unique()
+        assert [trained_on["net", recipe].tolist() for recipe in ("default", "coarse")] == [[each] for each in expected]
+        assert [trained_on["affine", recipe].tolist() for recipe in ("default", "coarse")] == [["yes"], ["no"]]
     coarse = rows[(rows.recipe == "coarse") & (rows.surrogate == "net")].set_index("quantity")
     assert set(coarse.slurries) == {2}
     expected = {

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from configurations import BEHIND, HEADER, ROOT, SCALES, load, shipped
+from stored_models import write_model
 
 
 def plan(
@@ -112,7 +113,7 @@ def test_surrogates_that_are_left_out_are_named(tmp_path):
 
 def test_networks_are_trained_but_for_those_with_a_model(tmp_path):
     """Beside training slurries, which the others learn from."""
-    (tmp_path / "model.keras").touch()
+    write_model(tmp_path / "model.keras", "neighbours")
     given = {"neighbours": str(tmp_path / "model.keras")}
     surrogate = {"names": ["affine", "linear", "vgg16"], "models": given}
     config = own(tmp_path, surrogate=surrogate, evaluation={"surrogates": ["neighbours"]})
@@ -120,6 +121,8 @@ def test_networks_are_trained_but_for_those_with_a_model(tmp_path):
     jobs = ("train_surrogate", "adopt_model", "fit_surrogate", "assemble_dataset")
     assert [planned_jobs(done)[rule] for rule in jobs] == [1, 1, 1, 1]
     assert f"--trained {given['neighbours']}" in done.stdout
+    # slurries are compared with its range too, though it is of the evaluation
+    assert re.search(r"check_training_range.py .*--models neighbours=\S+/trained_on.json", done.stdout)
     assert len(re.findall("predict_slurry.py.* --surrogate neighbours .*--adopted", done.stdout)) > 0
     assert not re.search("predict_slurry.py.* --surrogate vgg16 .*--adopted", done.stdout)
 

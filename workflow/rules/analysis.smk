@@ -67,7 +67,7 @@ rule check_training_range:
     input:
         **code("analysis/check_training_range"),
         training=expand(rules.extract_frames.output.frames, slurry=TRAINING),
-        adopted=expand(f"{RESULTS}/models/{{surrogate}}/trained_on.json", surrogate=ADOPTED_IN_MAIN),
+        adopted=expand(f"{RESULTS}/models/{{surrogate}}/trained_on.json", surrogate=ADOPTED),
         predicted=expand(rules.extract_frames.output.frames, slurry=PREDICTED),
     output:
         table=reported("tables/training_range.csv", "training_range", "Tables", table="training range"),
@@ -78,7 +78,7 @@ rule check_training_range:
     conda:
         "../../envs/analysis.yaml"
     params:
-        models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(ADOPTED_IN_MAIN, input.adopted)],
+        models=lambda wildcards, input: [f"{label}={path}" for label, path in zip(ADOPTED, input.adopted)],
         roles=[SLURRIES[slurry].role for slurry in PREDICTED],
         last_input_frame=max(INPUT_FRAMES),
         first_frame_seen=first_frame_seen(),

@@ -114,8 +114,7 @@ if config["learning"]["held_out_curves"]:
 PREDICTED = with_role("validation", "test", "new")
 # Slurries with a DEM: those of role `new` only if a surrogate of the main job takes frames from it.
 SIMULATED = [id for id, slurry in SLURRIES.items() if slurry.role != "new" or TRACKED]
-ADOPTED_IN_MAIN = [text for text in SURROGATES if text in ADOPTED]
-RANGE_KNOWN = bool((TRAINING or ADOPTED_IN_MAIN) and TRACKED)  # what takes no frames leaves no range
+RANGE_KNOWN = bool((TRAINING or ADOPTED) and TRACKED)  # what takes no frames leaves no range
 PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
 EVALUATED = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]

@@ -122,11 +122,9 @@ if ADOPTED:
         localrule: True
         conda:
             "../../envs/learning.yaml"
-        params:
-            input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         shell:
             "python {input.script:q} --surrogate {wildcards.surrogate:q} --trained {input.model:q}"
-            " --input-frames {params.input_frames} --model {output.model:q} --history {output.history:q}"
+            " --model {output.model:q} --history {output.history:q}"
             " --trained-on {output.trained_on:q} --cost {output.cost:q}"
             " 2>&1 | tee {log:q}"
 

@@ -14,8 +14,8 @@ from slurrycast.config.physics import flat_settings, physics
 from slurrycast.config.schema_errors import shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.config.surrogate_checks import is_file
-from slurrycast.runtime.files import InputError
-from slurrycast.surrogates.stored_model import stored_layers
+from slurrycast.runtime.files import InputError, checksum
+from slurrycast.surrogates.stored_model import input_shapes, stored_layers
 from slurrycast.surrogates.trained_on import beside, read_trained_on, recipe_of
 
 
@@ -41,14 +41,17 @@ def models_of_other_training(config: Mapping, slurries: Sequence[Slurry]) -> Ite
     """A model that was trained elsewhere is of the same surrogate, input frames and, unless asked for, recipe."""
     for label, path in _adopted(config):
         key = f"surrogate.models.{label} = {shown(path)}"
+        frames = surrogates.parse(label).input_frames(config["learning"]["input_frames"])
         try:
-            known = read_trained_on(beside(path))
+            problem, known = unusable(surrogates.parse(label), path, len(frames)), described(path)
         except InputError as error:
             yield f"{key}: {error}"
             continue
+        if problem:
+            yield f"{key}: {problem}"
+            continue
         if known is None:
             continue  # said by `model_warnings`
-        frames = surrogates.parse(label).input_frames(config["learning"]["input_frames"])
         asked = {"surrogate": label, "input_frames": frames, "target_frame": config["learning"]["target_frame"]}
         if wrong := [name for name, value in asked.items() if known[name] != value]:
             had, needed = shown(known[wrong[0]]), shown(asked[wrong[0]])
@@ -59,6 +62,37 @@ def models_of_other_training(config: Mapping, slurries: Sequence[Slurry]) -> Ite
             for _, how in other_recipes(config, slurries, known):
                 yield f"{key}: {how}: must be the same, or set surrogate.other_recipe: warn"
                 break
+
+
+def unusable(label: surrogates.Label, path: str, n_frames: int) -> str | None:
+    """What keeps a stored model from being used as it is; its settings may be others than those of this run."""
+    layers = stored_layers(path)
+    try:
+        shapes, expected = input_shapes(layers), label.surrogate.input_shapes(n_frames, label.settings)
+        # a network with one input may call it as it likes
+        named = shapes if len(shapes) > 1 else dict.fromkeys(expected, *shapes.values())
+        if any(named.get(name) != shape for name, shape in expected.items()):
+            return f"takes inputs of shape {_listed(shapes)}, {label.text} needs {_listed(expected)}"
+        is_known = label.surrogate.knows(layers)
+    except (KeyError, TypeError):  # of a file that has layers of other kinds than Keras writes
+        is_known = False
+    return None if is_known else f"is no model of {label.name}, or one of an earlier version: train it again"
+
+
+def described(path: str) -> dict | None:
+    """What is known of a stored model, None if nothing. InputError if it is known of another one."""
+    known = read_trained_on(beside(path))
+    if known and known["model_sha256"] != checksum(path):
+        raise InputError(f"{beside(path)}: is of another model than {Path(path).name} beside it")
+    return known
+
+
+def recipes_trained_on(config: Mapping, slurries: Sequence[Slurry], path: str) -> list[str] | None:
+    """Names of the recipes to predict that a stored model was trained on; None if it does not say."""
+    if (known := read_trained_on(beside(path))) is None:
+        return None
+    others = {id for id, _ in other_recipes(config, slurries, known)}
+    return sorted({each.formulation for each in slurries if each.role != "train" and each.id not in others})
 
 
 def model_warnings(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
@@ -101,7 +135,7 @@ def start_problem(config: Mapping, label: surrogates.Label, path: str) -> str | 
     frames = label.input_frames(config["learning"]["input_frames"])
     settings = {**config["surrogate"][label.name], **label.settings}
     try:
-        known, layers = read_trained_on(beside(path)), stored_layers(path)
+        known, layers = described(path), stored_layers(path)
         phases = all_phases(config)
         problem = label.surrogate.misfit(layers, len(frames), len(phases), settings)
     except InputError as error:
@@ -145,6 +179,10 @@ def tuning(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     for label in study["networks"]:
         if label not in labels or not surrogates.parse(label).surrogate.is_trained:
             yield f"transfer.networks: {shown(label)}: must be a network of surrogate.names or evaluation.surrogates"
+
+
+def _listed(shapes: Mapping[str, tuple[int | None, ...]]) -> str:
+    return ", ".join(" x ".join(map(str, shape)) for shape in shapes.values()) or "none"
 
 
 def _adopted(config: Mapping) -> list[tuple[str, str]]:

@@ -78,30 +78,17 @@ def test_model_is_found_by_the_registered_names_of_its_layers(model, tmp_path):
 
 @pytest.fixture
 def adopt(run_main, tmp_path):
-    """Adopt a trained network for some input frames."""
+    """Adopt a trained network."""
 
-    def run(trained, frames):
+    def run(trained):
         options = {"trained": trained, "model": tmp_path / "out.keras", "history": tmp_path / "out.csv"}
         options["trained_on"] = tmp_path / "trained_on.json"
-        run_main("adopt_model", surrogate="neighbours", **options, cost=tmp_path / "c.json", input_frames=frames)
+        run_main("adopt_model", surrogate="neighbours", **options, cost=tmp_path / "c.json")
 
     return run
 
 
 def test_trained_network_is_adopted(adopt, model, tmp_path):
-    adopt(model, [8, 9, 10])
+    adopt(model)
     assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()
     assert (tmp_path / "trained_on.json").read_text() == "{}\n"  # nothing is known of it
-
-
-def test_network_of_other_input_frames_or_another_kind_is_not_adopted(adopt, model, tmp_path):
-    """The inputs of one of another kind would fit: that of an earlier version is such a file."""
-    other = tmp_path / "model.keras"
-    build(11, 2, [1.0], 8, 4, 1.6, "net").save(other)
-    for trained, frames, says in (
-        (model, [7, 8, 9, 10], "neighbours needs 3 x 3"),
-        (other, [8, 9, 10], f"{other} is no model of neighbours, or one of an earlier version"),
-    ):
-        with pytest.raises(InputError, match=says):
-            adopt(trained, frames)
-        assert not (tmp_path / "out.keras").exists()

@@ -30,10 +30,11 @@ rule compare_recipes:
         recipes=section({id: SLURRIES[id].formulation for id in HELD_OUT}),
         roles=section({id: SLURRIES[id].role for id in HELD_OUT}),
         trained=section(sorted({SLURRIES[id].formulation for id in TRAINING})),
+        elsewhere=section(recipes_elsewhere()),
     shell:
         "python {input.script:q} --skill {input.skill:q} --structure-errors {input.structure_errors:q}"
         " {params.tapes:q} --recipes {params.recipes:q} --roles {params.roles:q} --trained {params.trained:q}"
-        " --table {output.table:q}"
+        " --elsewhere {params.elsewhere:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 

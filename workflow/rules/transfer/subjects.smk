@@ -21,6 +21,17 @@ wildcard_constraints:
     number="[0-9]+",
 
 
+def recipes_elsewhere():
+    """Recipes that surrogates know from elsewhere, and from a training that went on here; None if some are unknown."""
+    recipes = {}
+    for label in LABELS:
+        if path := ADOPTED.get(label) or start_of(label):
+            known = model_checks.recipes_trained_on(config, SLURRY_TABLE, path)
+            own = [] if label in ADOPTED else sorted({SLURRIES[id].formulation for id in TRAINING})
+            recipes[label] = [*own, *([None] if known is None else known)]
+    return recipes
+
+
 def tuned_on(wildcards):
     """Slurries of another recipe that a surrogate is trained on."""
     return expand(rules.extract_frames.output.frames, slurry=config["transfer"]["slurries"][: int(wildcards.number)])
