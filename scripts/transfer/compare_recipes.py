@@ -6,9 +6,9 @@ model came from elsewhere, its own (JSON, with null where that does not say).
 Out: tables/recipes.csv, one row a role, recipe, surrogate and quantity: whether the surrogate was trained on the recipe
 (yes, no, unknown), number of slurries, mean, least and greatest value over them, and the mean distance from the DEM in
 replica sd. The value is the skill itself; of relaxed structures and of tapes the difference to the DEM, of density and
-tape properties in % of the DEM's, of coordinations in contacts; and of an RDF the mean |g - g of the DEM|, in units of that
-between replicas. The replica sd is that of the replicated slurries, whatever the recipe. The default recipe is called
-"default".
+tape properties in % of the DEM's, of coordinations in contacts; and of an RDF the mean |g - g of the DEM|, in units of
+that between replicas. The replica sd is that of the replicated slurries, whatever the recipe. The default recipe is
+called "default".
 """
 
 import json
