@@ -53,7 +53,7 @@ def tapes() -> pd.DataFrame:
 def tape_cost() -> pd.DataFrame:
     """CPU seconds from the recipe to the slurry by either way, and from there to the measured tape, by slurry.
 
-    The last one, if it is measured, is of the published size and has no DEM (results/reference/recipe).
+    The last one is of the published size and has no DEM (results/reference/recipe).
     """
     cost = read_result("tape", "cost")
     cost = cost[cost.slurry.isin(slurries("reduced", "test"))]
@@ -70,8 +70,7 @@ def tape_cost() -> pd.DataFrame:
     table = pd.DataFrame(found).sort_values("particles").drop_duplicates("particles")
     recipe = pd.read_csv(REFERENCE / "recipe" / "cost.csv")
     stage = recipe.stage.str.partition(" ")[0]  # without what is measured
-    if (stage == "dry_slurry").any():
-        cpu_s = {name: recipe.cpu_s[stage.isin(stages)].sum() for name, (_, stages) in ways.items()}
-        table.loc["recipe"] = cpu_s | {"particles": recipe.particles[0], "full DEM": float("nan")}
+    cpu_s = {name: recipe.cpu_s[stage.isin(stages)].sum() for name, (_, stages) in ways.items()}
+    table.loc["recipe"] = cpu_s | {"particles": recipe.particles[0], "full DEM": float("nan")}
     table = table.assign(particles=table.particles.map("{:,.0f}".format))
     return table.map(lambda value: value if isinstance(value, str) else MISSING if pd.isna(value) else f"{value:.3g}")
