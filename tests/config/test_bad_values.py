@@ -95,6 +95,7 @@ OUT_OF_RANGE = {
     "relaxation.max_kinetic_share": ("a number above 0 and at most 1", [0, 1.5]),
     "relaxation.pressure_within": ("a number above 0 and at most 1", [0, 2.0]),
     "drying.sources": ("a list of dem and labels of surrogates, each once; [] for none", ["dem", ["dem", "dem"]]),
+    "drying.test_slurries": ("null or a whole number from 1 to 10000", [0, 1.5]),
     "drying.replicas": ("0 or a whole number from 2 to 1000", [-1, 1, 2.5]),
     "drying.composition_is": ("one of wet, dry", ["moist"]),
     "drying.solvent_fraction_of": ("one of phase, slurry", ["BDPD"]),

@@ -242,6 +242,7 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
     shared = {"pressure_damping_steps", "start_thermal_share"}
     others = {
         "sources",
+        "test_slurries",
         "replicas",
         "composition_is",
         "solvent_fraction_of",
@@ -252,13 +253,14 @@ def test_tapes_of_the_dem_and_of_relaxed_predictions(tmp_path):
 
 
 def test_only_the_evaluation_dries_what_it_alone_predicts(tmp_path):
-    """And all replicas; not slurries of role `new`. The table of the main job stays."""
+    """And all test slurries and replicas; not slurries of role `new`. The table of the main job stays."""
     rows = [("T1", "train"), ("1", "test"), ("2", "test"), ("N1", "new")]
     sections = {"slurries": write_slurries(tmp_path / "slurries.tsv", rows), "surrogate": {"names": ["affine"]}}
-    sections |= {"drying": {"sources": ["dem", "linear", "affine", "vgg16"]}}
+    sections |= {"drying": {"sources": ["dem", "linear", "affine", "vgg16"], "test_slurries": 1}}
     sections["evaluation"] = {"surrogates": ["linear"], "replicated": ["2"], "replicas": 3}
-    dried = {f"{source}/{slurry}" for source in ("dem", "affine") for slurry in "12"} | {"affine/N1"}
-    for target, further in (("all", {}), ("tape_evaluation", {"linear/1", "linear/2", "dem/2_r3"})):
+    dried = {"dem/1", "affine/1", "affine/N1"}
+    in_evaluation = {"dem/2", "affine/2", "linear/1", "linear/2", "dem/2_r3"}
+    for target, further in (("all", {}), ("tape_evaluation", in_evaluation)):
         done = plan(own(tmp_path, **sections), "tapes", target)
         assert done.returncode == 0, done.stdout + done.stderr
         found = set(re.findall(r"dry_slurry.py .* --dried \S*/tape/(\S+)/dried.h5", done.stdout))

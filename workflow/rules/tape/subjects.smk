@@ -17,7 +17,8 @@ def equilibrated(wildcards):
 def drying_settings(slurry):
     """Settings of a drying: of its section those that it depends on, and what it shares with the relaxation."""
     shared = ("pressure_damping_steps", "start_thermal_share")
-    others = ("sources", "replicas", "composition_is", "solvent_fraction_of", "wet_thickness_um", "green_density_g_cm3")
+    others = ("sources", "test_slurries", "replicas", "composition_is", "solvent_fraction_of")
+    others += ("wet_thickness_um", "green_density_g_cm3")
     settings = {key: value for key, value in config_of(slurry)["drying"].items() if key not in others}
     return settings | {key: config["relaxation"][key] for key in shared}
 
@@ -37,11 +38,12 @@ def drying_minutes(wildcards, attempt):
 
 
 def dried_slurries(source):
-    """Slurries that are dried, those that have a DEM first: that of one of role `new` does not run to its end.
+    """Slurries that the main job dries, those that have a DEM first: that of one of role `new` does not run to its end.
 
     What only the evaluation predicts has no slurries of role `new`.
     """
-    return [*with_role("test"), *(with_role("new") if source in SURROGATES else [])]
+    test = with_role("test")[: config["drying"]["test_slurries"]]
+    return [*test, *(with_role("new") if source in SURROGATES else [])]
 
 
 def sources_of(slurry):
