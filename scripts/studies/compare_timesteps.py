@@ -17,7 +17,7 @@ import pandas as pd
 
 from slurrycast.data.tables import read_table, write_table
 from slurrycast.dem.equilibrium import equilibrium
-from slurrycast.dem.forcefield import rayleigh_time_us
+from slurrycast.dem.forcefield import rayleigh_times_us
 from slurrycast.dem.recipe import particle_types
 from slurrycast.evaluation.noise import mean_and_sd, rdf_difference
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
@@ -40,7 +40,8 @@ def run_row(run: dict, thermo: pd.DataFrame, structure: pd.DataFrame) -> dict:
     """Row of one run, but for the RDF."""
     physics = run["physics"]
     timestep_us = physics["dem"]["timestep_us"]
-    rayleigh_us = rayleigh_time_us(particle_types(physics["formulation"]["phases"]), physics["force_field"])
+    types = particle_types(physics["formulation"]["phases"])
+    rayleigh_us = min(rayleigh_times_us(types, physics["force_field"]).values())
     values = structure.set_index("quantity").value
     end = equilibrium(thermo.time_us.to_numpy(), thermo.density_g_cm3.to_numpy())
     return {

@@ -22,7 +22,7 @@ RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.
 COMMAND = "text without control characters, not empty, no hyphen in front"
 ID = "text of at most 50 letters, digits and '_'"
 LABELS = "a list of labels of surrogates, each once"
-PHASE = "a phase named with at most 50 letters and digits, at least one"
+PHASE = "a phase named with 1 to 50 letters and digits"
 PICTURES = "a list of labels in surrogate.names, each once; [] for no pictures"
 DEM = ", ".join(CONFIG["dem"])
 PAIRS = "two phases with a hyphen between them, such as NiO-NiO; {} for none"
@@ -192,12 +192,15 @@ def too_short(edge_um: str, above_um: str, cutoff_um: str, skin_um: str, more: i
     )
 
 
-def too_long(step: str, share: str, name: str, time_us: str, most_us: str, most: str) -> str:
+def too_long(
+    step: str, share: str, name: str, time_us: str, most_us: str, most: str, of: str = "BDPD of 1.1 um"
+) -> str:
     """The line of a time step that is too long a part of the Rayleigh or Hertz time."""
-    limit = f"must be at most {most_us}, dem.max_{name.lower()}_share = {most} of it"
-    return f"{step} {share} of the {name} time {time_us} us: {limit}"
+    limit = f"must be at most {most_us}, as dem.max_{name.lower()}_share = {most}"
+    return f"{step} {share} of the {name} time {time_us} us of {of}: {limit}"
 
 
+DRY = "BDPD of 0.737 um"
 DRY_STEP = "\ndrying.timestep_factor x dem.timestep_us = 0.0015:"  # a dry particle is smaller
 
 
@@ -225,7 +228,7 @@ CONFLICTS = [
     (
         "formulation.expected_density_g_cm3",
         3.5,
-        " = 3.5: must be below 3.373, the density of the particles without space between them",
+        " = 3.5: must be below 3.372, the density of the particles without space between them",
     ),
     (f"{NIO}.mass_fraction", 0.5, f"formulation.phases: mass fractions sum to 0.98: {SUM}"),
     ("formulation.phases.8YSZ.mass_fraction", 0.36, f"formulation.phases: mass fractions sum to 1.01: {SUM}"),
@@ -234,26 +237,26 @@ CONFLICTS = [
     (f"{LENNARD_JONES}.cutoff_factor", 3.0, too_short("5.394", "6.9", "3.3", "0.15", 3)),
     ("dem.skin_um", 2.0, too_short("5.394", "7.3", "1.65", "2", 5)),
     # time steps
-    ("dem.timestep_us", 0.0025, too_long(" = 0.0025:", "0.481", "Rayleigh", "0.005196", "0.002079", "0.4")),
+    ("dem.timestep_us", 0.0025, too_long(" = 0.0025:", "0.481", "Rayleigh", "0.005196", "0.002", "0.4")),
     (
         "dem.impact_speed_um_us",
         10.0,
-        too_long(STEP, "0.166", "Hertz", "0.01204", "0.001204", "0.1"),
+        too_long(STEP, "0.166", "Hertz", "0.01204", "0.0012", "0.1"),
     ),
     (
         "dem.max_rayleigh_share",
         0.2,
-        too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001039", "0.2"),
+        too_long(STEP, "0.385", "Rayleigh", "0.005196", "0.001", "0.2"),
     ),
     (
         f"{HERTZ}.normal_stiffness_kpa",
         5e5,
-        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
+        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.0013", "0.4"),
     ),
     (
         "force_field.pairs",
         {"NiO-BDPD": {"normal_stiffness_kpa": 5e5}, "BDPD-BDPD": {"normal_stiffness_kpa": 1e5}},
-        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.001315", "0.4"),
+        too_long(STEP, "0.609", "Rayleigh", "0.003287", "0.0013", "0.4"),
     ),
     (
         "force_field.pairs",
@@ -285,7 +288,7 @@ CONFLICTS = [
         "dem.barostat",
         "npt",
         "dem.pressure_damping_us = 11.2: the box would collapse in 0.001638 us: must be at least 1094 and at most "
-        '6.564e+05 with dem.barostat = "npt", these particles, temperature and steps',
+        '6.563e+05 with dem.barostat = "npt", these particles, temperature and steps',
     ),
     ("dem.segment_frames", 121, " = 121: must be at most dem.frames - 1 = 120"),
     ("learning.input_frames", [7, 7, 8], " = [7, 7, 8]: must be strictly increasing"),
@@ -314,19 +317,19 @@ CONFLICTS = [
     (
         "drying.timestep_factor",
         1.0,
-        too_long(" x dem.timestep_us = 0.002:", "0.494", "Rayleigh", "0.004046", "0.001619", "0.4"),
+        too_long(" x dem.timestep_us = 0.002:", "0.494", "Rayleigh", "0.004046", "0.0016", "0.4", DRY),
     ),
     (
         "drying.force_field.stiffness_factor",
         2,
-        DRY_STEP.lstrip() + too_long("", "0.524", "Rayleigh", "0.002861", "0.001144", "0.4"),
+        DRY_STEP.lstrip() + too_long("", "0.524", "Rayleigh", "0.002861", "0.0011", "0.4", DRY),
     ),
     # surrogates, slurries and phases that do not exist or do not fit
     (TARGETS, [0.6, 0.4], " = [0.6, 0.4]: must be strictly increasing"),
     (
         "surrogate.neighbours.cutoff_diameters",
         40,
-        " = 40: must be at most 3.166, half the shortest edge that slurry T2 ends with, in mean diameters of its "
+        " = 40: must be at most 3.165, half the shortest edge that slurry T2 ends with, in mean diameters of its "
         "particles",
     ),
     (
@@ -381,6 +384,29 @@ def place(config: dict, path: str) -> tuple[dict | list, str | int]:
     for section in sections:
         config = config[section]
     return config, key
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "bound"),
+    [
+        ("dem.timestep_us", 0.005, "at most"),
+        ("dem.pressure_damping_us", 0.02, "at least"),
+        ("dem.pressure_damping_us", 5000.0, "and at most"),
+        ("surrogate.neighbours.cutoff_diameters", 40, "at most"),
+        ("microstructure.spacing_um", 0.02, "at least"),
+    ],
+)
+@pytest.mark.parametrize("diameter_um", [1.0, 1.037])
+def test_the_bound_that_a_message_names_is_allowed(config, path, value, bound, diameter_um):
+    """It is rounded towards what is allowed, and a time step so that the rows of the log can stay."""
+    (binder,) = config["formulation"]["phases"]["BDPD"]["size_classes"]
+    binder["diameter_um"] = diameter_um
+    config["dem"]["timestep_us"] = 1e-3  # short enough for light particles
+    section, key = place(config, path)
+    section[key] = value
+    (line,) = [line for line in check(config) if line.startswith(f"{path} = ")]
+    section[key] = float(re.search(rf"{bound} ([-+.e\d]+\d)", line)[1])
+    assert check(config) == []
 
 
 def test_an_extrapolation_from_two_spacings(config):

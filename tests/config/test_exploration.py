@@ -128,7 +128,7 @@ def test_inputs_of_the_drying_are_those_of_the_recipe(config):
         ("x,,0.13,0.52,0.35", "5 cells: must be 6, separated by commas"),
         (
             "x,,0.13,0.52,0.35,0.5",
-            "dem.timestep_us = 0.002: 0.493 of the Rayleigh time 0.004058 us: must be at most 0.001623,",
+            "dem.timestep_us = 0.002: 0.493 of the Rayleigh time 0.004058 us of NiO of 0.3 um: must be at most 0.0016,",
         ),
     ],
 )

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from slurrycast.config.derived_runs import dried_replicas, evaluated_replicas, timestep_runs
 from slurrycast.config.formulations import all_phases, expected_density_g_cm3, of_recipe, of_slurry
-from slurrycast.config.schema_errors import shown
+from slurrycast.config.schema_errors import down, shown, up
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, neighbour_lists, recipe
 
@@ -68,12 +68,12 @@ def packing(config: Mapping, _) -> Iterator[str]:
     final = expected * sum(p["mass_fraction"] / p["density_g_cm3"] for p in formulation["phases"].values())
     if final >= 1:
         yield (
-            f"formulation.expected_density_g_cm3 = {shown(expected)}: must be below {expected / final:.4g}, "
+            f"formulation.expected_density_g_cm3 = {shown(expected)}: must be below {down(expected / final)}, "
             "the density of the particles without space between them"
         )
     if start >= final:
         yield (
-            f"formulation.initial_packing_fraction = {shown(start)}: must be below {final:.4g}, the packing fraction "
+            f"formulation.initial_packing_fraction = {shown(start)}: must be below {down(final)}, the packing fraction "
             "at formulation.expected_density_g_cm3, since the box shrinks"
         )
 
@@ -147,7 +147,7 @@ def box_edges(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         edge_um, slurry_id = min(narrow)
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} ends with a shortest edge of {edge_um:.4g} um: must be "
-            f"above {least_um:.4g} um, twice the largest cutoff {cutoff_um:.4g} (cutoff_factor) and the skin "
+            f"above {up(least_um)} um, twice the largest cutoff {cutoff_um:.4g} (cutoff_factor) and the skin "
             f"{skin_um:.4g}{and_more(len(narrow))}"
         )
 
@@ -182,7 +182,11 @@ def pairs(config: Mapping, _) -> Iterator[str]:
 def long_timestep(
     key: str, timestep_us: float, dem: Mapping, types: Sequence[recipe.ParticleType], force_field: Mapping
 ) -> Iterator[str]:
-    """Yield a line for each of Rayleigh and Hertz time of which a time step is too large a part.
+    """Yield a line if a time step is too large a part of the Rayleigh or the Hertz time.
+
+    It gives the stricter of the two bounds, two digits of it: a time step of these has whole picoseconds, and the rows
+    of the log stay at times that the study of time steps can divide.
+
 
     Parameters
     ----------
@@ -193,17 +197,20 @@ def long_timestep(
     types, force_field
         All particle types, and the forces between them.
     """
-    times_us = {
-        "rayleigh": forcefield.rayleigh_time_us(types, force_field),
-        "hertz": forcefield.hertz_time_us(types, force_field, dem["impact_speed_um_us"]),
-    }
-    for name, time_us in times_us.items():
-        share, most = timestep_us / time_us, dem[f"max_{name}_share"]
-        if share > most:
-            yield (
-                f"{key} = {shown(timestep_us)}: {share:.3g} of the {name.capitalize()} time {time_us:.4g} us: must be "
-                f"at most {most * time_us:.4g}, dem.max_{name}_share = {shown(most)} of it"
-            )
+    rayleigh_us = forcefield.rayleigh_times_us(types, force_field)
+    hertz_us = forcefield.hertz_times_us(types, force_field, dem["impact_speed_um_us"])
+    most_us, name, time_us, found = min(
+        (dem[f"max_{name}_share"] * time_us, name, time_us, particles)
+        for name, times in (("rayleigh", rayleigh_us), ("hertz", hertz_us))
+        for particles, time_us in times.items()
+    )
+    if timestep_us > most_us:
+        of = " and ".join(dict.fromkeys(f"{types[k].phase} of {types[k].diameter_um:.3g} um" for k in found))
+        yield (
+            f"{key} = {shown(timestep_us)}: {timestep_us / time_us:.3g} of the {name.capitalize()} time {time_us:.4g} "
+            f"us of {of}: must be at most {down(most_us, 2)}, as dem.max_{name}_share = "
+            f"{shown(dem[f'max_{name}_share'])}"
+        )
 
 
 def timestep(config: Mapping, _) -> Iterator[str]:
@@ -229,7 +236,7 @@ def barostat(config: Mapping, _) -> Iterator[str]:
     if not least_us <= damping_us <= most_us:
         yield (
             f"dem.pressure_damping_us = {shown(damping_us)}: the box would collapse in {damping_us * per_damping:.4g} "
-            f"us: must be at least {least_us:.4g} and at most {most_us:.4g} with dem.barostat = {shown(name)}, these "
+            f"us: must be at least {up(least_us)} and at most {down(most_us)} with dem.barostat = {shown(name)}, these "
             "particles, temperature and steps"
         )
 

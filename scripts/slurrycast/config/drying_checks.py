@@ -9,7 +9,7 @@ from slurrycast.analysis.voxels import MOST_VOXELS
 from slurrycast.config.composition import wet_composition
 from slurrycast.config.dem_checks import and_more, box_edges, long_timestep, particles_per_pg, timestep, whole_particles
 from slurrycast.config.formulations import expected_density_g_cm3, of_slurry
-from slurrycast.config.schema_errors import shown
+from slurrycast.config.schema_errors import shown, up
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import recipe
 from slurrycast.dem.drying import dry_force_field, dry_volume_share, drying_types
@@ -69,7 +69,7 @@ def drying(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     volume = dry_volume_share(phases[phase]["density_g_cm3"], settings)
     if volume >= 1:
         yield (
-            f"drying.organics_density_g_cm3 = {shown(organics_g_cm3)}: must be above {volume * organics_g_cm3:.4g}, "
+            f"drying.organics_density_g_cm3 = {shown(organics_g_cm3)}: must be above {up(volume * organics_g_cm3)}, "
             f"or the particles of {phase} would not shrink; or set drying.sources: []"
         )
         return
@@ -159,7 +159,7 @@ def _voxel_limit(volume_um3: float, spacing_um: float) -> str:
     """How many voxels there would be, and what spacing is allowed."""
     return (
         f"{volume_um3 / spacing_um**3:.2g} voxels, at most {MOST_VOXELS:.2g} are allowed: must be at least "
-        f"{(volume_um3 / MOST_VOXELS) ** (1 / 3):.3g}"
+        f"{up((volume_um3 / MOST_VOXELS) ** (1 / 3), 3)}"
     )
 
 
@@ -185,5 +185,5 @@ def _thickness(
         thickness_um, slurry_id = min(thin)
         yield (
             f"formulation.unit_mass_pg: slurry {slurry_id} may dry to a thickness of {thickness_um:.4g} um: must be "
-            f"above {least_um:.4g} um, twice the largest diameter{and_more(len(thin))}; or set drying.sources: []"
+            f"above {up(least_um)} um, twice the largest diameter{and_more(len(thin))}; or set drying.sources: []"
         )

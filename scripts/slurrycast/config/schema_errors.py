@@ -3,6 +3,7 @@
 `unit`, `allowed`, `each`, `whole` and `formerly` in the schemas are annotations that JSON Schema ignores.
 """
 
+import decimal
 import difflib
 import functools
 import json
@@ -55,6 +56,21 @@ def shown(value: Any) -> str:
     """A value as it is written in YAML or JSON, shortened to fit on a line."""
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def down(value: float, digits: int = 4) -> str:
+    """A number as an upper bound in a message, rounded so that what is shown is allowed."""
+    return _rounded(value, digits, decimal.ROUND_FLOOR)
+
+
+def up(value: float, digits: int = 4) -> str:
+    """The same of a lower bound."""
+    return _rounded(value, digits, decimal.ROUND_CEILING)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> str:
+    exact = decimal.Decimal(f"{value:.12g}")  # 3.6 of 3.6000000000000005
+    return f"{float(decimal.Context(prec=digits, rounding=rounding).create_decimal(exact)):.{digits}g}"
 
 
 def _hint(value: Any, rule: Mapping) -> str:

@@ -10,7 +10,7 @@ from slurrycast import surrogates
 from slurrycast.config.dem_checks import increasing, mean_diameter_um, shortest_edges
 from slurrycast.config.derived_runs import replicas, timestep_runs
 from slurrycast.config.label_settings import adopted_models, training_needed, without_training
-from slurrycast.config.schema_errors import shown
+from slurrycast.config.schema_errors import down, shown
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.runtime.files import InputError
 
@@ -104,7 +104,7 @@ def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
     half = edge_um / 2 / mean_diameter_um(config)
     if cutoff > half:
         yield (
-            f"surrogate.neighbours.cutoff_diameters = {shown(cutoff)}: must be at most {half:.4g}, half the shortest "
+            f"surrogate.neighbours.cutoff_diameters = {shown(cutoff)}: must be at most {down(half)}, half the shortest "
             f"edge that slurry {slurry_id} ends with, in mean diameters of its particles"
         )
 

@@ -119,8 +119,8 @@ def thermal_share(temperature_k: float, pressure_kpa: float, volume_um3: float) 
     return BOLTZMANN_FJ_K * temperature_k / (pressure_kpa * volume_um3)
 
 
-def rayleigh_time_us(types: Sequence[ParticleType], force_field: Mapping) -> float:
-    """Shortest Rayleigh time of any particle type in us.
+def rayleigh_times_us(types: Sequence[ParticleType], force_field: Mapping) -> dict[tuple[int, ...], float]:
+    """Rayleigh time of each particle type in us, by its place in `types`.
 
     Parameters
     ----------
@@ -135,16 +135,19 @@ def rayleigh_time_us(types: Sequence[ParticleType], force_field: Mapping) -> flo
     G = 3/4 (1 - nu) k_n that follows from k_n = 4/3 E* of equal materials. kPa = pg/(um us2), so units cancel. k_n is
     that of the stiffest contacts that the type has.
     """
-    times = []
-    for t in types:
+    times = {}
+    for k, t in enumerate(types):
         stiffness_kpa = max(of_pair(force_field, t.phase, other.phase)["normal_stiffness_kpa"] for other in types)
         shear_modulus_kpa = 0.75 * (1 - POISSON_RATIO) * stiffness_kpa
-        times.append(np.pi * t.diameter_um / 2 * np.sqrt(t.density_g_cm3 / shear_modulus_kpa))
-    return min(times) / (0.1631 * POISSON_RATIO + 0.8766)
+        surface_wave_us = np.pi * t.diameter_um / 2 * np.sqrt(t.density_g_cm3 / shear_modulus_kpa)
+        times[(k,)] = float(surface_wave_us / (0.1631 * POISSON_RATIO + 0.8766))
+    return times
 
 
-def hertz_time_us(types: Sequence[ParticleType], force_field: Mapping, impact_speed_um_us: float) -> float:
-    """Shortest duration of a Hertzian contact of any pair in us.
+def hertz_times_us(
+    types: Sequence[ParticleType], force_field: Mapping, impact_speed_um_us: float
+) -> dict[tuple[int, ...], float]:
+    """Duration of a Hertzian contact of each pair of particle types in us, by their places in `types`.
 
     Parameters
     ----------
@@ -160,10 +163,11 @@ def hertz_time_us(types: Sequence[ParticleType], force_field: Mapping, impact_sp
     T_H = 2.87 (m_eff^2 / (R_eff E*^2 v))^(1/5) (Johnson, Contact Mechanics, 1985, sect. 11.4) with E* = 3/4 k_n, that
     of the pair.
     """
-    times = []
-    for a, b in combinations_with_replacement(types, 2):
+    times = {}
+    for places in combinations_with_replacement(range(len(types)), 2):
+        a, b = (types[k] for k in places)
         mass_pg = a.mass_pg * b.mass_pg / (a.mass_pg + b.mass_pg)
         radius_um = a.diameter_um * b.diameter_um / (a.diameter_um + b.diameter_um) / 2
         modulus_kpa = 0.75 * of_pair(force_field, a.phase, b.phase)["normal_stiffness_kpa"]
-        times.append(2.87 * (mass_pg**2 / (radius_um * modulus_kpa**2 * impact_speed_um_us)) ** 0.2)
-    return min(times)
+        times[places] = 2.87 * (mass_pg**2 / (radius_um * modulus_kpa**2 * impact_speed_um_us)) ** 0.2
+    return times
