@@ -2,6 +2,7 @@
 
 In: distribution of pore sizes and profile (CSV, by measure_microstructure) of the tape from each of --sources.
 Out: PNG. Along z, the full DEM is drawn in full lines, and of the surrogates only the first one, in dashed ones.
+Without a DEM, the first two are drawn like this.
 """
 
 from collections.abc import Mapping
@@ -11,9 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from slurrycast.data.tables import read_table
-from slurrycast.report.figures import DEM, FAINT, INK, new_figure, phase_colours, save_figure, surrogate_colours
+from slurrycast.report.figures import DEM, INK, new_figure, phase_colours, save_figure, surrogate_colours
 from slurrycast.report.names import source_name
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
+
+VOID = "#95a0a9"
 
 
 def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataFrame]) -> Figure:
@@ -21,7 +24,7 @@ def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataF
     surrogates = surrogate_colours([source for source in pores if source != "dem"])
     names = list(dict.fromkeys(next(iter(profiles.values())).phase))
     phases = [name for name in names if name != "void"]
-    colours = dict(zip(phases, phase_colours(phases), strict=True)) | {"void": FAINT}
+    colours = dict(zip(phases, phase_colours(phases), strict=True)) | {"void": VOID}
     figure = new_figure(9.5, 3.6)
     sizes, along_z = figure.subplots(1, 2)
     for source, table in pores.items():
@@ -29,16 +32,14 @@ def draw_tape(pores: Mapping[str, pd.DataFrame], profiles: Mapping[str, pd.DataF
     sizes.set(xlabel="Pore size (µm)", ylabel="Share of the void in smaller pores", ylim=(0, 1))
     sizes.set_xlim(left=0)
     sizes.legend(loc="lower right")
-    # more than two would hide each other
-    for source, table in list(profiles.items())[:2]:
-        for name, rows in table.groupby("phase", sort=False):
-            along_z.plot(rows.share, rows.z_um, color=colours[name], ls="-" if source == "dem" else "--", lw=1.3)
+    full = "dem" if "dem" in profiles else next(iter(profiles))
+    lines = {source: "-" if source == full else "--" for source in list(profiles)[:2]}  # more would hide each other
+    for source, line in lines.items():
+        for name, rows in profiles[source].groupby("phase", sort=False):
+            along_z.plot(rows.share, rows.z_um, color=colours[name], ls=line, lw=1.3)
     handles = [Line2D([], [], color=colours[name], label=name) for name in names]
     if len(profiles) > 1:
-        handles += [
-            Line2D([], [], color=INK, ls="-" if source == "dem" else "--", label=source_name(source))
-            for source in list(profiles)[:2]
-        ]
+        handles += [Line2D([], [], color=INK, ls=line, label=source_name(source)) for source, line in lines.items()]
     along_z.set(xlabel="Share of the volume", ylabel="z (µm)")
     along_z.set_xlim(left=0)
     along_z.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -148,9 +148,9 @@ def test_evaluation_shows_tapes_in_units_of_the_noise(judged):
 
 def test_each_tortuosity_is_shown_with_a_name_of_its_own():
     names = {
-        "tortuosity_z_0.1um": "tortuosity of void, z, 0.1 µm voxels",
-        "tortuosity_x_extrapolated": "tortuosity of void, x, extrapolated",
-        "tortuosity_nonceramic_y_0.2um": "tortuosity of void and organics, y, 0.2 µm voxels",
+        "tortuosity_z_0.1um": "tortuosity factor of void, z, 0.1 µm voxels",
+        "tortuosity_x_extrapolated": "tortuosity factor of void, x, extrapolated",
+        "tortuosity_nonceramic_y_0.2um": "tortuosity factor of void and organics, y, 0.2 µm voxels",
     }
     assert tape_statistics.shown_quantities(pd.DataFrame({"quantity": list(names)})) == list(names)
     assert {quantity: tape_quantity(quantity, "1") for quantity in names} == names

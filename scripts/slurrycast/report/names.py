@@ -106,7 +106,7 @@ def tape_quantity(quantity: str, unit: str) -> str:
         *medium, axis, voxels = rest.split("_")
         passed = "void and organics" if medium else "void"
         grid = voxels if voxels == "extrapolated" else f"{voxels.removesuffix('um')} µm voxels"
-        name = f"tortuosity of {passed}, {axis}, {grid}"
+        name = f"tortuosity factor of {passed}, {axis}, {grid}"
     elif kind == "percolation":
         phase, _, axis = rest.rpartition("_")
         name = f"percolation, {phase} along {axis}"

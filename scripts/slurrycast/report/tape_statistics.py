@@ -41,8 +41,10 @@ def tapes(results: Results) -> Mapping | None:
     """Rows of the table, one a quantity: means over the test slurries, or all if none is one; None where nothing dries.
 
     `loosest` and `densest` are the tapes at the ends of friction, `nearest` that with the measured green density, None
-    without one or if it lies beyond both. Differences are means over the test slurries of a source's tape less the
-    DEM's, with half of the width of their interval, and the verdict. `counts` is what `_counts` makes of the verdicts.
+    without one or if it lies beyond both. `green` and `shrinkage` are means by source; `void` and `density`, which is
+    that of the slurries, are those of the first one. Differences are means over the test slurries of a source's tape
+    less the DEM's, with half of the width of their interval, and the verdict. `counts` is what `_counts` makes of the
+    verdicts.
     """
     table = results.microstructure
     if table is None:
@@ -78,6 +80,8 @@ def tapes(results: Results) -> Mapping | None:
         "counts": _counts(verdicts, compared),
         "green": {source: _mean(dried, source, "green_density") for source in sources},
         "shrinkage": {source: _mean(dried, source, "shrinkage") for source in sources},
+        "void": _mean(dried, sources[0], "share_void_union"),
+        "density": _mean(table[table.stage == "slurry"], sources[0], "density"),  # of the slurries
         "slurries": list(dict.fromkeys(dried.slurry)),
     }
 
