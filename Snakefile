@@ -156,7 +156,7 @@ rule transfer:
     """Show whether surrogates are worth something on recipes that they were not trained on."""
     input:
         rules.compare_recipes.output.table,
-        rules.tabulate_tuning.output.table if TUNINGS else [],
+        rules.plot_tuning.output.figure if TUNINGS else [],
         descriptions(EVALUATED),
     localrule: True
 

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import plot_tuning
+from pictures import is_drawn, recorded_calls, texts
 from script_runs import run_script, write_costs, written
 from slurrycast.data.dataset import assemble
 from slurrycast.runtime.costs import Cost, read_cost
@@ -87,3 +89,30 @@ def test_trainings_are_tabulated(tmp_path):
     ).itertuples(index=False)
     assert (row.surrogate, row.start, row.slurries, row.predicted) == ("net", "stored", 2, 2)
     assert row[4:] == pytest.approx((0.8, 0.7, 0.9, 0.2, 0.4, 12.5))
+
+
+def test_figure_has_a_panel_for_each_surrogate(tmp_path, monkeypatch):
+    rows = [
+        (name, start, number, 0.1 * number, 0.1 * number - 0.2, 0.1 * number + 0.1)
+        for name in ("vgg16", "neighbours")
+        for start in ("stored", "nothing")
+        for number in (0, 1, 4)
+        if number or start == "stored"
+    ]
+    columns = ["surrogate", "start", "slurries", "skill", "least_skill", "greatest_skill"]
+    options = {"tuning": tmp_path / "tuning.csv", "figure": tmp_path / "tuning.png"}
+    pd.DataFrame(rows, columns=columns).to_csv(options["tuning"], index=False)
+    calls = recorded_calls(monkeypatch, plot_tuning, "draw_tuning")
+    assert run_script(plot_tuning, **options).returncode == 0
+    figure = calls[0][1]
+    assert [axes.get_title() for axes in figure.axes] == ["vgg16", "neighbours"]
+    for axes in figure.axes:
+        stored, nothing = (container.lines for container in axes.containers)
+        np.testing.assert_allclose(stored[0].get_xydata(), [[-0.04, 0], [0.96, 0.1], [3.96, 0.4]])
+        np.testing.assert_allclose(nothing[0].get_xydata(), [[1.04, 0.1], [4.04, 0.4]])
+        ((bars,),) = (line for line in (nothing[2],))
+        np.testing.assert_allclose([path.vertices[:, 1] for path in bars.get_paths()], [[-0.1, 0.2], [0.2, 0.5]])
+    assert texts(figure.legends[0].get_texts()) == ["from the stored model", "from nothing"]
+    assert is_drawn(options["figure"])
+    pd.DataFrame(columns=columns).to_csv(options["tuning"], index=False)
+    assert "no skill in it" in run_script("plot_tuning", **options).stderr

@@ -65,12 +65,16 @@ def learning_options(wildcards, input):
 
 
 def training_minutes(wildcards, attempt):
-    """Walltime of a training in minutes; one step of the largest network takes less than a second on one slow core."""
-    settings = config["surrogate"][LABELS[wildcards.surrogate].name]
+    """Walltime of a training in minutes."""
+    return minutes_to_train(config["surrogate"][LABELS[wildcards.surrogate].name], TRAINING, attempt)
+
+
+def minutes_to_train(settings, slurries, attempt):
+    """The same of any settings and slurries; one step of the largest network takes less than a second on a slow core."""
     if "batch_size" in settings:
-        updates = settings["epochs"] * sum(map(particles, TRAINING)) / settings["batch_size"]
+        updates = settings["epochs"] * sum(map(particles, slurries)) / settings["batch_size"]
     else:  # one slurry per update, which takes 1 s per 1000 particles with the default width and cutoff
-        updates = settings["members"] * settings["epochs"] * sum(map(particles, TRAINING)) / 1000
+        updates = settings["members"] * settings["epochs"] * sum(map(particles, slurries)) / 1000
     return 10 + attempt * int(updates / 60)
 
 

@@ -6,7 +6,7 @@ REQUIRED INPUTS:
     config[transfer]
 
 OUTPUTS:
-    tables/recipes.csv, tuning.csv
+    tables/recipes.csv, tuning.csv; figures/tuning.png
     tuning/{surrogate}_{start}_{number}.csv: errors of a surrogate trained on so many slurries of another recipe
 """
 
@@ -59,9 +59,9 @@ rule tune_surrogate:
     threads: lambda wildcards: config["surrogate"][LABELS[wildcards.surrogate].name]["threads"]
     resources:
         mem_mb=training_mb,
-        runtime=training_minutes,
+        runtime=tuning_minutes,
     params:
-        settings=tuning_settings,
+        settings=lambda wildcards: section(tuning_settings(wildcards)),
         seed=config["learning"]["seed"],
         started=lambda wildcards, input: ["--start-from", input.start_from] if input.start_from else [],
         input_frames=lambda wildcards: input_frames(wildcards.surrogate),
@@ -94,3 +94,19 @@ rule tabulate_tuning:
     shell:
         "python {input.script:q} --tunings {input.tunings:q} --costs {input.costs:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
+
+
+rule plot_tuning:
+    """Draw skill against the number of slurries of another recipe that a surrogate was trained on."""
+    input:
+        **code("transfer/plot_tuning"),
+        tuning=rules.tabulate_tuning.output.table,
+    output:
+        figure=reported("figures/tuning.png", "tuning_figure", "Transfer", figure="slurries of another recipe"),
+    log:
+        f"{RESULTS}/logs/plot_tuning.log",
+    localrule: True
+    conda:
+        "../../../envs/analysis.yaml"
+    shell:
+        "python {input.script:q} --tuning {input.tuning:q} --figure {output.figure:q} 2>&1 | tee {log:q}"

@@ -33,8 +33,13 @@ def recipes_elsewhere():
 
 
 def tuned_on(wildcards):
+    """Frames of the slurries of another recipe that a surrogate is trained on."""
+    return expand(rules.extract_frames.output.frames, slurry=tuning_slurries(wildcards))
+
+
+def tuning_slurries(wildcards):
     """Slurries of another recipe that a surrogate is trained on."""
-    return expand(rules.extract_frames.output.frames, slurry=config["transfer"]["slurries"][: int(wildcards.number)])
+    return config["transfer"]["slurries"][: int(wildcards.number)]
 
 
 def tuning_packing(wildcards):
@@ -45,4 +50,9 @@ def tuning_packing(wildcards):
 def tuning_settings(wildcards):
     """Settings of a surrogate with epochs and learning rate of this training."""
     own = config["surrogate"][LABELS[wildcards.surrogate].name] | TUNING[wildcards.surrogate][wildcards.start]
-    return section({key: value for key, value in own.items() if key != "start_from"})
+    return {key: value for key, value in own.items() if key != "start_from"}
+
+
+def tuning_minutes(wildcards, attempt):
+    """Walltime of this training in minutes."""
+    return minutes_to_train(tuning_settings(wildcards), tuning_slurries(wildcards), attempt)
