@@ -61,3 +61,12 @@ def test_tortuosity_depends_on_the_grid():
         frame, particles = store.frame(store.last), store.particles
     found = [void_tortuosity(frame, particles, spacing_um) for spacing_um in (0.2, 0.1)]
     np.testing.assert_allclose(found, [4.85, 2.49], atol=0.005)
+
+
+def test_trainings_on_another_recipe_are_the_best_of_those_tried():
+    choices = pd.read_csv(REFERENCE / "transfer" / "choices.csv")
+    networks = load("transfer")["transfer"]["networks"]
+    for (surrogate, start), tried in choices.groupby(["surrogate", "start"]):
+        best = tried.loc[tried.skill.idxmax()]
+        assert networks[surrogate][start] == {"epochs": best.epochs, "learning_rate": best.learning_rate}
+    assert set(choices.surrogate) == set(networks)
