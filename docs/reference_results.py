@@ -190,3 +190,21 @@ def drying_changes() -> pd.DataFrame:
     is_shipped = runs.index.get_level_values("setting") == "none"
     changes[is_shipped] = runs[is_shipped]
     return changes.groupby(names, dropna=False, sort=False).agg(["mean", "sem"])
+
+
+def of_recipes(quantity: str) -> pd.DataFrame:
+    """Rows of tables/recipes.csv of a quantity."""
+    rows = read_result("transfer", "recipes")
+    return rows[rows.quantity == quantity].rename(columns={"trained_on": "trained on"})
+
+
+def recipe_name(recipe: str) -> str:
+    """A recipe of config/transfer.yaml as a page names it."""
+    return f"`{recipe}`" if recipe != "default" else recipe
+
+
+def recipes_by_surrogates(rows: pd.DataFrame, keys: list[str]) -> pd.DataFrame:
+    """Column `text` of rows of tables/recipes.csv: keys x surrogates, in the order in which they come."""
+    rows = rows.assign(recipe=rows.recipe.map(recipe_name), surrogate="`" + rows.surrogate + "`")
+    table = rows.groupby([*keys, "surrogate"], sort=False).text.first().unstack("surrogate", sort=False)
+    return table[list(dict.fromkeys(rows.surrogate))].reset_index().rename_axis(columns=None)

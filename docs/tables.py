@@ -23,6 +23,7 @@ import explore_tables
 import neighbours_tables
 import running_tables
 import tape_tables
+import transfer_tables
 from reference_results import MISSING, ROOT
 
 PAGES = ("README.md", "docs/*.md", "results/reference/README.md")
@@ -31,7 +32,7 @@ MARKER = re.compile(r"<!-- (?:table: |end of table)")
 
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     name: function
-    for module in (evaluation_tables, explore_tables, neighbours_tables, running_tables, tape_tables)
+    for module in (evaluation_tables, explore_tables, neighbours_tables, running_tables, tape_tables, transfer_tables)
     for name, function in getmembers(module, isfunction)
     if function.__module__ == module.__name__
 }

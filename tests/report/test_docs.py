@@ -209,6 +209,24 @@ def test_conclusions_on_many_recipes():
     assert noise.replica_sd["percolation_NiO_z"] > 0.8 * noise.sd["percolation_NiO_z"]
 
 
+def test_conclusions_on_other_recipes():
+    """What README.md and docs/transfer.md conclude."""
+    recipes = read_result("transfer", "recipes").set_index("quantity")
+    skill = recipes.loc["skill"].pivot(index="recipe", columns="surrogate", values="mean")
+    trained = ["default", "more_nio", "more_8ysz"]
+    least = skill.neighbours[trained].min()
+    assert skill.neighbours[["more_bdpd", "less_bdpd"]].min() > least > skill.neighbours["coarse_nio"] > 0.8 * least
+    assert (skill.vgg16 < 0).all()
+    for quantity in ("density_g_cm3", "tape_green_density"):
+        assert (recipes.loc[quantity].replica_sds < 2).all()
+    coarse = recipes[recipes.recipe == "coarse_nio"].loc["coordination_all", "mean"]
+    assert coarse.between(-0.115, -0.08).all() and len(coarse) == 5
+    tuning = read_result("transfer", "tuning").set_index(["surrogate", "start", "slurries"]).skill.neighbours
+    stored, nothing = tuning.stored, tuning.nothing
+    assert stored[0] < stored[1] and stored[4] - stored[1] < (stored[1] - stored[0]) / 2
+    assert nothing.is_monotonic_increasing and nothing[4] < stored[0]
+
+
 def test_conclusions_on_a_slurry_of_the_published_size():
     """What README.md and docs/tape.md conclude from its cost."""
     wall_s = pd.read_csv(REFERENCE / "recipe" / "cost.csv").set_index("stage").wall_s
