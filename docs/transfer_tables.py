@@ -58,7 +58,7 @@ def transfer_errors() -> pd.DataFrame:
 
 
 def transfer_tuning() -> pd.DataFrame:
-    """Skill by the number of slurries of the recipe, mean and least to greatest, with CPU seconds."""
+    """Skill by the number of slurries of the recipe, mean and least to greatest."""
     rows = read_result("transfer", "tuning")
     skill = rows.skill.map("{:.2f}".format) + rows.least_skill.map(" ({:.2f} to ".format)
     text = skill + rows.greatest_skill.map("{:.2f})".format)

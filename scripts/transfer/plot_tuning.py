@@ -34,11 +34,10 @@ def draw_panel(axes: Axes, rows: pd.DataFrame) -> None:
 def draw_tuning(tuning: pd.DataFrame) -> Figure:
     """Draw all panels; `tuning` is tables/tuning.csv."""
     figure = new_figure(4.6 * tuning.surrogate.nunique() + 0.4, 4.2)
-    panels = figure.subplots(1, tuning.surrogate.nunique(), sharey=True, squeeze=False)[0]
+    panels = figure.subplots(1, tuning.surrogate.nunique(), squeeze=False)[0]
     for axes, (label, rows) in zip(panels, tuning.groupby("surrogate", sort=False), strict=True):
         draw_panel(axes, rows)
-        axes.set(title=label, xlabel="Slurries of the recipe to train on")
-    panels[0].set_ylabel("Skill (0: affine map)")
+        axes.set(title=label, xlabel="Slurries of the recipe to train on", ylabel="Skill (0: affine map)")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     return figure
 

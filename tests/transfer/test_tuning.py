@@ -110,7 +110,7 @@ def test_figure_has_a_panel_for_each_surrogate(tmp_path, monkeypatch):
         stored, nothing = (container.lines for container in axes.containers)
         np.testing.assert_allclose(stored[0].get_xydata(), [[-0.04, 0], [0.96, 0.1], [3.96, 0.4]])
         np.testing.assert_allclose(nothing[0].get_xydata(), [[1.04, 0.1], [4.04, 0.4]])
-        ((bars,),) = (line for line in (nothing[2],))
+        (bars,) = nothing[2]
         np.testing.assert_allclose([path.vertices[:, 1] for path in bars.get_paths()], [[-0.1, 0.2], [0.2, 0.5]])
     assert texts(figure.legends[0].get_texts()) == ["from the stored model", "from nothing"]
     assert is_drawn(options["figure"])

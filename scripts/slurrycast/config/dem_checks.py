@@ -184,9 +184,8 @@ def long_timestep(
 ) -> Iterator[str]:
     """Yield a line if a time step is too large a part of the Rayleigh or the Hertz time.
 
-    It gives the stricter of the two bounds, two digits of it: a time step of these has whole picoseconds, and the rows
-    of the log stay at times that the study of time steps can divide.
-
+    It gives the stricter of the two bounds, with two digits: the study of time steps has to divide the times of the
+    rows of the log, which more digits do not allow.
 
     Parameters
     ----------
