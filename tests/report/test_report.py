@@ -467,6 +467,24 @@ def without_dem(results: Results) -> Results:
     return replace(alone, **tables, **empty, figures=figures)
 
 
+@pytest.mark.parametrize(("measured", "shown"), [(None, "3.30"), (3.05, "0.234"), (2.5, "2.5")])
+def test_summary_of_a_recipe_alone_says_what_its_friction_decides(results, measured, shown):
+    rows = [
+        ("slurry", "density", 2.2, "g/cm3"),
+        ("tape", "green_density", 3.0, "g/cm3"),
+        ("tape", "shrinkage", 0.25, "1"),
+        ("tape", "share_void_union", 0.4, "1"),
+    ]
+    tapes = pd.DataFrame(rows, columns=["stage", "quantity", "value", "unit"])
+    tapes = tapes.assign(source="affine", slurry="N1", dem_value=np.nan, replica_sd=np.nan)
+    ends = [(1.0, 2.9, 0.5), (0.1, 3.3, 0.6)] + [(0.2341, 3.05, 0.55)] * (measured == 3.05)
+    ends = pd.DataFrame(ends, columns=["friction", "green_density_g_cm3", "packing_fraction"])
+    alone = without_dem(results)
+    config = alone.config | {"drying": alone.config["drying"] | {"green_density_g_cm3": measured}}
+    page = page_of(replace(alone, config=config, microstructure=tapes, drying_calibration=ends))
+    assert shown in next(text for text in page.all("p") if text.startswith("Slurry N1 "))
+
+
 def test_a_run_without_dem_says_nothing_of_one(results):
     alone = without_dem(results)
     page = page_of(alone)
