@@ -2,8 +2,7 @@
 
 In: tables/tuning.csv.
 Out: PNG, a panel for each surrogate: the mean skill over the predicted slurries, with its least and greatest value, of
-trainings that went on from the stored model and of those from nothing. 0 is the affine map, 1 as near as one perturbed
-run.
+fine-tuned models and of those trained from scratch. 0 is the affine map, 1 as near as one perturbed run.
 """
 
 import pandas as pd
@@ -16,7 +15,7 @@ from slurrycast.report.figures import INK, PREDICTED, RELAXED, new_figure, save_
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
-STARTS = {"stored": ("from the stored model", RELAXED, "o-"), "nothing": ("from nothing", PREDICTED, "s--")}
+STARTS = {"stored": ("fine-tuned", RELAXED, "o-"), "nothing": ("trained from scratch", PREDICTED, "s--")}
 APART = 0.04  # slurries between the two starts, so that no bar hides another
 
 
