@@ -62,9 +62,9 @@ def transfer_tuning() -> pd.DataFrame:
     rows = read_result("transfer", "tuning")
     skill = rows.skill.map("{:.2f}".format) + rows.least_skill.map(" ({:.2f} to ".format)
     text = skill + rows.greatest_skill.map("{:.2f})".format)
-    start = rows.start.map({"stored": "fine-tuned", "nothing": "from scratch"})
-    table = rows.assign(text=text, surrogate="`" + rows.surrogate + "`", start=start)
-    table = table.rename(columns={"start": "training"}).pivot(index=["surrogate", "training"], columns="slurries", values="text")
+    start = rows.start.map({"fine_tuned": "fine-tuned", "from_scratch": "from scratch"})
+    table = rows.assign(text=text, surrogate="`" + rows.surrogate + "`", training=start)
+    table = table.pivot(index=["surrogate", "training"], columns="slurries", values="text")
     table = table.rename(
         columns={number: f"{number} slurr{'y' if number == 1 else 'ies'}" for number in table}
     ).reset_index()

@@ -15,7 +15,7 @@ from slurrycast.report.figures import INK, PREDICTED, RELAXED, new_figure, save_
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.files import InputError
 
-STARTS = {"stored": ("fine-tuned", RELAXED, "o-"), "nothing": ("trained from scratch", PREDICTED, "s--")}
+STARTS = {"fine_tuned": ("fine-tuned", RELAXED, "o-"), "from_scratch": ("trained from scratch", PREDICTED, "s--")}
 APART = 0.04  # slurries between the two starts, so that no bar hides another
 
 

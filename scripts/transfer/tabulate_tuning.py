@@ -1,4 +1,4 @@
-"""Tabulate the error against the number of slurries that a surrogate was trained on, from a stored model and anew.
+"""Tabulate the error against the number of slurries that a surrogate was trained on, fine-tuned and from scratch.
 
 In: tables and cost records of tune_surrogate.py.
 Out: tables/tuning.csv, one row a surrogate, start and number of slurries: number of predicted slurries, mean, least and

@@ -1,10 +1,10 @@
-"""Train a surrogate on a few slurries of a recipe, from a stored model or from nothing, and predict others of it.
+"""Train a surrogate on a few slurries of a recipe, fine-tuned or from scratch, and predict others of it.
 
 In: the frame stores (HDF5) of the slurries to train on, none to ask the stored model as it is, and of those to predict;
 settings of the training (JSON); the stored model (.keras), if the training starts from one; the packing fraction of the
 recipe (JSON), and the noise of the DEM (CSV) with the floor of perturbed runs.
-Out: a table (CSV) of one row a predicted slurry: surrogate, start ("stored" or "nothing"), number of slurries trained
-on, slurry, and errors and skill as in tables/skill.csv.
+Out: a table (CSV) of one row a predicted slurry: surrogate, start ("fine_tuned" or "from_scratch"), number of slurries
+trained on, slurry, and errors and skill as in tables/skill.csv.
 
 A killed training continues from the work folder, which is removed at the end.
 """
@@ -99,7 +99,7 @@ def main(args: Namespace) -> None:
                 earlier = surrogate.train(read_data(surrogate, args, settings), settings, work.path)
                 cost.wall_s, cost.cpu_s = earlier["wall_s"], earlier["cpu_s"]
                 model = work.path / "model.keras"
-            kind = {"surrogate": args.surrogate, "start": "stored" if args.start_from else "nothing"}
+            kind = {"surrogate": args.surrogate, "start": "fine_tuned" if args.start_from else "from_scratch"}
             kind["slurries"] = len(args.frames)
             noise = read_noise(args.noise)
             rows = [kind | error_row(path, surrogate, model, settings, args, noise) for path in args.predicted]

@@ -63,7 +63,7 @@ def test_each_path_belongs_to_one_rule_and_its_names_or_the_names_are_refused(id
     table = read_slurries("s.tsv")
     runs = [run.id for run in [*table, *replicas(config, table), *timestep_runs(config, table)]]
     values = {"slurry": runs, "surrogate": labels, "source": ["dem", *labels], "steps": ["", "-50"], "k": ["7"]}
-    values |= {"stage": ["slurry", "tape"], "start": ["stored", "nothing"], "number": ["0", "4"]}
+    values |= {"stage": ["slurry", "tape"], "start": ["fine_tuned", "from_scratch"], "number": ["0", "4"]}
     parts = {f"\\{{{name}\\}}": f"(?P<{name}>{'|'.join(texts)})" for name, texts in values.items()}
     regexes = {}  # as Snakemake makes them of the patterns and constraints
     for pattern in PATTERNS:

@@ -330,7 +330,7 @@ def test_first_frame_seen_goes_back_where_a_surrogate_moves_its_windows(config):
     ],
 )
 def test_networks_are_tuned_on_test_slurries_of_one_recipe(config, changes, line):
-    settings = {start: {"epochs": 3, "learning_rate": 1e-3} for start in ("stored", "nothing")}
+    settings = {start: {"epochs": 3, "learning_rate": 1e-3} for start in ("fine_tuned", "from_scratch")}
     study = {"slurries": ["1", "2"], "counts": [0, 1, 2], "networks": {"vgg16": None}} | changes
     config["transfer"] = study | {"networks": dict.fromkeys(study["networks"], settings)}
     assert check(config) == ([] if line is None else [line])

@@ -228,13 +228,12 @@ def test_conclusions_on_other_recipes():
     coarse = recipes[recipes.recipe == "coarse_nio"].loc["coordination_all", "mean"]
     assert coarse.between(-0.115, -0.08).all() and len(coarse) == 5
     tuning = read_result("transfer", "tuning").set_index(["surrogate", "start", "slurries"]).skill.neighbours
-    stored, nothing = tuning.stored, tuning.nothing
-    assert round(stored.max() - stored[0], 2) == 0.03
-    assert (nothing < stored[nothing.index]).all()
-    longest = choices.loc[choices[choices.start == "nothing"].groupby("surrogate").epochs.idxmax()].set_index(
-        "surrogate"
-    )
-    assert (longest.skill == choices[choices.start == "nothing"].groupby("surrogate").skill.max()).all()
+    tuned, scratch = tuning.fine_tuned, tuning.from_scratch
+    assert round(tuned.max() - tuned[0], 2) == 0.03
+    assert (scratch < tuned[scratch.index]).all()
+    scratch = choices[choices.start == "from_scratch"]
+    longest = scratch.loc[scratch.groupby("surrogate").epochs.idxmax()].set_index("surrogate")
+    assert (longest.skill == scratch.groupby("surrogate").skill.max()).all()
     counts = read_result("transfer", "equilibrium").set_index("slurry").particles
     assert (counts.min(), counts.max()) == (458, 1258)
 

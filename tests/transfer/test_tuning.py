@@ -58,15 +58,15 @@ def options(tmp_path, monkeypatch) -> dict:
 
 def test_stored_tuned_and_new_networks_predict_the_same_slurries(options):
     tables = {}
-    for name, changes in (("stored", {"frames": []}), ("tuned", {}), ("nothing", {"start_from": None})):
+    for name, changes in (("fine_tuned", {"frames": []}), ("tuned", {}), ("from_scratch", {"start_from": None})):
         asked = {key: value for key, value in (options | changes).items() if value is not None}
         tables[name] = written("tune_surrogate", **asked)
         assert read_cost(options["cost"]).cpu_s > 0 and not options["work"].exists()
     kinds = [(table.start[0], table.slurries[0], list(table.slurry)) for table in tables.values()]
-    assert kinds == [("stored", 0, ["B", "C"]), ("stored", 1, ["B", "C"]), ("nothing", 1, ["B", "C"])]
+    assert kinds == [("fine_tuned", 0, ["B", "C"]), ("fine_tuned", 1, ["B", "C"]), ("from_scratch", 1, ["B", "C"])]
     for table in tables.values():
         np.testing.assert_allclose(table.skill, 1 - (table.mse_um2 - 1e-4) / (table.mse_affine_um2 - 1e-4), rtol=1e-6)
-        np.testing.assert_array_equal(table.mse_affine_um2, tables["stored"].mse_affine_um2)
+        np.testing.assert_array_equal(table.mse_affine_um2, tables["fine_tuned"].mse_affine_um2)
     assert len({table.mse_um2[0] for table in tables.values()}) == 3
     done = run_script("tune_surrogate", **{k: v for k, v in options.items() if k not in ("frames", "start_from")})
     assert done.returncode == 2 and "--frames or --start-from: at least one is needed" in done.stderr
@@ -78,7 +78,7 @@ def test_phases_have_the_numbers_of_all_recipes(options):
 
 
 def test_trainings_are_tabulated(tmp_path):
-    kind = {"surrogate": "net", "start": "stored", "slurries": 2}
+    kind = {"surrogate": "net", "start": "fine_tuned", "slurries": 2}
     rows = [
         kind | {"slurry": s, "mse_um2": m, "mse_affine_um2": 0.4, "skill": 1 - m} for s, m in (("B", 0.1), ("C", 0.3))
     ]
@@ -87,7 +87,7 @@ def test_trainings_are_tabulated(tmp_path):
     (row,) = written(
         "tabulate_tuning", tunings=[tmp_path / "tuning_1.csv"], costs=costs, table=tmp_path / "tuning.csv"
     ).itertuples(index=False)
-    assert (row.surrogate, row.start, row.slurries, row.predicted) == ("net", "stored", 2, 2)
+    assert (row.surrogate, row.start, row.slurries, row.predicted) == ("net", "fine_tuned", 2, 2)
     assert row[4:] == pytest.approx((0.8, 0.7, 0.9, 0.2, 0.4, 12.5))
 
 
@@ -95,9 +95,9 @@ def test_figure_has_a_panel_for_each_surrogate(tmp_path, monkeypatch):
     rows = [
         (name, start, number, 0.1 * number, 0.1 * number - 0.2, 0.1 * number + 0.1)
         for name in ("vgg16", "neighbours")
-        for start in ("stored", "nothing")
+        for start in ("fine_tuned", "from_scratch")
         for number in (0, 1, 4)
-        if number or start == "stored"
+        if number or start == "fine_tuned"
     ]
     columns = ["surrogate", "start", "slurries", "skill", "least_skill", "greatest_skill"]
     options = {"tuning": tmp_path / "tuning.csv", "figure": tmp_path / "tuning.png"}
@@ -107,12 +107,12 @@ def test_figure_has_a_panel_for_each_surrogate(tmp_path, monkeypatch):
     figure = calls[0][1]
     assert [axes.get_title() for axes in figure.axes] == ["vgg16", "neighbours"]
     for axes in figure.axes:
-        stored, nothing = (container.lines for container in axes.containers)
-        np.testing.assert_allclose(stored[0].get_xydata(), [[-0.04, 0], [0.96, 0.1], [3.96, 0.4]])
-        np.testing.assert_allclose(nothing[0].get_xydata(), [[1.04, 0.1], [4.04, 0.4]])
-        (bars,) = nothing[2]
+        tuned, scratch = (container.lines for container in axes.containers)
+        np.testing.assert_allclose(tuned[0].get_xydata(), [[-0.04, 0], [0.96, 0.1], [3.96, 0.4]])
+        np.testing.assert_allclose(scratch[0].get_xydata(), [[1.04, 0.1], [4.04, 0.4]])
+        (bars,) = scratch[2]
         np.testing.assert_allclose([path.vertices[:, 1] for path in bars.get_paths()], [[-0.1, 0.2], [0.2, 0.5]])
-    assert texts(figure.legends[0].get_texts()) == ["from the stored model", "from nothing"]
+    assert texts(figure.legends[0].get_texts()) == ["fine-tuned", "trained from scratch"]
     assert is_drawn(options["figure"])
     pd.DataFrame(columns=columns).to_csv(options["tuning"], index=False)
     assert "no skill in it" in run_script("plot_tuning", **options).stderr

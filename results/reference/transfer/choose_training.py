@@ -3,7 +3,7 @@
     .venv/bin/python results/reference/transfer/choose_training.py results/transfer choices.csv
 
 Each network is trained on one validation slurry and predicts the other, from its model in the run of
-config/transfer.yaml and from nothing. Takes some 20 CPU minutes.
+config/transfer.yaml and from scratch. Takes some 20 CPU minutes.
 Out: CSV of surrogate, start, epochs, learning_rate, skill, and the CPU seconds of training and prediction.
 """
 
@@ -20,13 +20,13 @@ ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = ROOT / "scripts" / "transfer" / "tune_surrogate.py"
 TRAINED_ON, PREDICTED = "V1", "V2"
 TRIED = [  # surrogate, start, epochs, learning_rate
-    *[("vgg16", "stored", *setting) for setting in ((12, 1e-5), (12, 5e-5), (12, 1e-4), (48, 1e-5), (48, 1e-4))],
-    *[("vgg16", "nothing", epochs, 1e-4) for epochs in (24, 96)],
+    *[("vgg16", "fine_tuned", *setting) for setting in ((12, 1e-5), (12, 5e-5), (12, 1e-4), (48, 1e-5), (48, 1e-4))],
+    *[("vgg16", "from_scratch", epochs, 1e-4) for epochs in (24, 96)],
     *[
-        ("neighbours", "stored", *setting)
+        ("neighbours", "fine_tuned", *setting)
         for setting in ((10, 1.5e-3), (10, 5e-3), (10, 1.5e-2), (30, 1.5e-3), (30, 5e-3))
     ],
-    *[("neighbours", "nothing", epochs, 1.5e-2) for epochs in (66, 150)],
+    *[("neighbours", "from_scratch", epochs, 1.5e-2) for epochs in (66, 150)],
 ]
 
 
@@ -48,7 +48,7 @@ def main() -> None:
             command += ["--packing", results / "dataset" / "packing_fraction_less_bdpd.json"]
             command += ["--noise", results / "tables" / "noise.csv", "--work", Path(folder) / "work"]
             command += ["--table", Path(folder) / "table.csv", "--cost", Path(folder) / "cost.json"]
-            command += ["--start-from", results / "models" / surrogate / "model.keras"] * (start == "stored")
+            command += ["--start-from", results / "models" / surrogate / "model.keras"] * (start == "fine_tuned")
             subprocess.run([str(word) for word in command], cwd=ROOT, check=True)
             (row,) = pd.read_csv(Path(folder) / "table.csv").to_dict("records")
             cpu_s = json.loads((Path(folder) / "cost.json").read_text(encoding="utf-8"))["cpu_s"]

@@ -39,10 +39,10 @@ rule compare_recipes:
 
 
 rule tune_surrogate:
-    """Train a surrogate on a few slurries of another recipe, from its model or from nothing."""
+    """Train a surrogate on a few slurries of another recipe, fine-tuned or from scratch."""
     input:
         **code("transfer/tune_surrogate", loads_surrogate=True),
-        start_from=lambda wildcards: model_of(wildcards.surrogate) if wildcards.start == "stored" else [],
+        start_from=lambda wildcards: model_of(wildcards.surrogate) if wildcards.start == "fine_tuned" else [],
         frames=tuned_on,
         predicted=expand(
             rules.extract_frames.output.frames, slurry=model_checks.tuning_tests(config, SLURRIES.values())

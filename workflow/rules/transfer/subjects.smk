@@ -10,14 +10,14 @@ TUNING = config["transfer"]["networks"] if config["transfer"]["slurries"] and TR
 TUNINGS = [
     f"{surrogate}_{start}_{count}"
     for surrogate in TUNING
-    for start in ("stored", "nothing")
+    for start in ("fine_tuned", "from_scratch")
     for count in config["transfer"]["counts"]
-    if count or start == "stored"
+    if count or start == "fine_tuned"
 ]
 
 
 wildcard_constraints:
-    start="stored|nothing",
+    start="fine_tuned|from_scratch",
     number="[0-9]+",
 
 
