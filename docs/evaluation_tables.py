@@ -1,10 +1,6 @@
 """Tables of README.md and docs/evaluation.md: each public function gives one, as a frame of texts."""
 
-import json
-import math
-
 import pandas as pd
-import yaml
 
 from reference_results import (
     MISSING,
@@ -13,14 +9,12 @@ from reference_results import (
     density_errors,
     growth,
     load,
+    network_training,
     read_result,
     relaxation_settings,
-    relaxed,
-    slurries,
     temperatures_k,
     with_largest,
 )
-from slurrycast.report import reference_article
 
 RECIPES = {
     "recipe": "as configured",
@@ -31,46 +25,9 @@ RECIPES = {
 SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, dense": "`direct` from 0.6"}
 
 
-NETWORK_SIZE = f"{reference_article.PARAMETERS / 1e6:.1f} M"
-FITS = ("linear", "vgg16", "linear_box", "vgg16_box")  # a network behind the fit with the same target
-
-
-def surrogates() -> pd.DataFrame:
-    """The surrogates of the main job, with and without DEM history, and what costs nothing: a constant."""
-    found = accuracy(
-        "reduced", "direct", "direct_box", "persistence", "affine", "linear_box", "vgg16", "vgg16_box", "early_dem_x2"
-    )
-    boxes = density_errors("reduced", "predicted").loc["direct_box"]
-    constant = {"surrogate": "the box of `direct_box`, not relaxed", "density error (largest)": with_largest(boxes)}
-    return pd.concat([found, pd.DataFrame([constant])])
-
-
 def training() -> pd.DataFrame:
     """How far networks were trained at reduced scale, and what a fit of a few coefficients reaches."""
-    folder = REFERENCE / "reduced"
-    config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
-    cost = read_result("reduced", "cost")
-    samples = cost[cost.slurry.isin(slurries("reduced", "train")) & (cost.stage == "generate_inputs")].particles.sum()
-    trained_on = 1 - config["learning"]["validation_share"]
-    rows = []
-    for label in FITS:
-        fit = folder / "models" / label / "model.json"
-        if fit.exists():
-            model = json.loads(fit.read_text(encoding="utf-8"))
-            losses = (model["training_mse_um2"], model["validation_mse_um2"])
-            rows.append((f"`{label}`", str(len(model["coefficients"])), MISSING, MISSING, *losses))
-            continue
-        history = pd.read_csv(folder / "models" / label / "history.csv")
-        updates = len(history) * math.ceil(trained_on * samples / config["surrogate"][label]["batch_size"])
-        best = history.loc[history.val_loss.idxmin()]
-        epochs = f"{best.epoch:.0f} of {len(history)}"
-        losses = (history.loss.min(), best.val_loss)
-        rows.append((f"`{label}`", NETWORK_SIZE, f"{updates:,}", epochs, *losses))
-    updates = reference_article.EPOCHS * math.ceil(0.8 * reference_article.SAMPLES / reference_article.BATCH_SIZE)
-    rows.append(("reference article", NETWORK_SIZE, f"{updates:,}", MISSING, math.nan, math.nan))
-    table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", "training", "validation"])
-    errors = {f"{kind} error (µm²)": table.pop(kind) for kind in ("training", "validation")}
-    return table.assign(**{name: values.map("{:.4f}".format, na_action="ignore") for name, values in errors.items()})
+    return network_training("reduced", "linear", "vgg16", "linear_box", "vgg16_box")
 
 
 def surrogates_small() -> pd.DataFrame:
@@ -79,8 +36,10 @@ def surrogates_small() -> pd.DataFrame:
 
 
 def surrogates_reduced() -> pd.DataFrame:
-    """All surrogates of the run at reduced scale."""
-    return accuracy("reduced")
+    """All surrogates of the run at reduced scale, and what costs nothing: a constant."""
+    boxes = density_errors("reduced", "predicted").loc["direct_box"]
+    constant = {"surrogate": "the box of `direct_box`, not relaxed", "density error (largest)": with_largest(boxes)}
+    return pd.concat([accuracy("reduced"), pd.DataFrame([constant])])
 
 
 def noise() -> pd.DataFrame:
@@ -110,19 +69,6 @@ def direct_profile() -> pd.DataFrame:
 def cost_growth() -> pd.DataFrame:
     """Growth of cost at reduced scale."""
     return growth("reduced", "direct", "affine", "linear_box", "vgg16", "vgg16_box", "early_dem_x10")
-
-
-def article_densities() -> pd.DataFrame:
-    """Density errors after relaxation, in the reference article and here."""
-    article = {
-        slurry: abs(hybrid.density_g_cm3 / reference_article.DEM_STRUCTURE[slurry].density_g_cm3 - 1)
-        for slurry, hybrid in reference_article.HYBRID_STRUCTURE.items()
-    }
-    errors = relaxed("reduced").density_error
-    compared = pd.DataFrame({"reference article": article, "`vgg16`": errors["vgg16"], "`affine`": errors["affine"]})
-    compared = compared.loc[list(article)]
-    compared.loc["mean"] = compared.mean()
-    return compared.map("{:.2%}".format).rename_axis("slurry").reset_index()
 
 
 def sizes() -> pd.DataFrame:

@@ -1,5 +1,7 @@
 """Reference results as tables, and what the documentation derives from them."""
 
+import json
+import math
 from pathlib import Path
 
 import pandas as pd
@@ -9,11 +11,13 @@ from slurrycast.analysis.temperatures import DENSIFIED, densifying
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.evaluation.verdicts import EQUIVALENT
+from slurrycast.report import reference_article
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "results" / "reference"
 
 MISSING = "-"
+NETWORK_SIZE = f"{reference_article.PARAMETERS / 1e6:.1f} M"
 
 
 def load(name: str) -> dict:
@@ -71,13 +75,13 @@ def with_largest(shares: pd.Series) -> str:
 
 
 def measured_rates() -> dict[str, float]:
-    """Rates at reduced scale: particle-steps a CPU second, CPU seconds of training a particle and epoch, MB."""
-    cost = read_result("reduced", "cost")
+    """Rates at the published size: particle-steps a CPU second, CPU seconds of training a particle and epoch, MB."""
+    cost = read_result("published", "cost")
     dem = cost[cost.stage == "run_slurry"]
     whole = dem[dem.steps == cost.steps.max()]
     relaxations = cost[cost.stage == "relax_slurry"]
     training = cost[(cost.stage == "train_surrogate") & (cost.surrogate == "vgg16")].iloc[0]
-    epochs = len(pd.read_csv(REFERENCE / "reduced" / "models" / "vgg16" / "history.csv"))
+    epochs = len(pd.read_csv(REFERENCE / "published" / "models" / "vgg16" / "history.csv"))
     particles = relaxations.slurry.map(dem.set_index("slurry").particles)
     return {
         "dem": (whole.particles * whole.steps / whole.cpu_s).median(),
@@ -133,6 +137,34 @@ def accuracy(run: str, *labels: str) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def network_training(run: str, *labels: str) -> pd.DataFrame:
+    """How far the networks among `labels` were trained, the errors of fits and networks, and the article's training."""
+    folder = REFERENCE / run
+    config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
+    cost = read_result(run, "cost")
+    samples = cost[cost.slurry.isin(slurries(run, "train")) & (cost.stage == "generate_inputs")].particles.sum()
+    trained_on = 1 - config["learning"]["validation_share"]
+    rows = []
+    for label in labels:
+        fit = folder / "models" / label / "model.json"
+        if fit.exists():
+            model = json.loads(fit.read_text(encoding="utf-8"))
+            losses = (model["training_mse_um2"], model["validation_mse_um2"])
+            rows.append((f"`{label}`", str(len(model["coefficients"])), MISSING, MISSING, *losses))
+            continue
+        history = pd.read_csv(folder / "models" / label / "history.csv")
+        updates = len(history) * math.ceil(trained_on * samples / config["surrogate"][label]["batch_size"])
+        best = history.loc[history.val_loss.idxmin()]
+        epochs = f"{best.epoch:.0f} of {len(history)}"
+        losses = (history.loss.min(), best.val_loss)
+        rows.append((f"`{label}`", NETWORK_SIZE, f"{updates:,}", epochs, *losses))
+    updates = reference_article.EPOCHS * math.ceil(0.8 * reference_article.SAMPLES / reference_article.BATCH_SIZE)
+    rows.append(("reference article", NETWORK_SIZE, f"{updates:,}", MISSING, math.nan, math.nan))
+    table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", "training", "validation"])
+    errors = {f"{kind} error (µm²)": table.pop(kind) for kind in ("training", "validation")}
+    return table.assign(**{name: values.map("{:.4f}".format, na_action="ignore") for name, values in errors.items()})
 
 
 def growth(run: str, *labels: str) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from reference_results import MISSING, REFERENCE, measured_rates, published_esti
 
 
 def rates() -> pd.DataFrame:
-    """Rates of the reference run at reduced scale."""
+    """Rates of the reference run of the published size."""
     measured = measured_rates()
     cpu_s = pd.read_csv(REFERENCE / "timestep" / "timestep_summary.csv").set_index("timestep_us").cpu_s_mean
     fine = cpu_s[1e-4] * 1e-4 / (cpu_s[2e-3] * 2e-3)

@@ -21,6 +21,7 @@ import pandas as pd
 import evaluation_tables
 import explore_tables
 import neighbours_tables
+import published_tables
 import running_tables
 import tape_tables
 import transfer_tables
@@ -32,9 +33,17 @@ MARKER = re.compile(r"<!-- (?:table: |end of table)")
 
 TABLES: dict[str, Callable[[], pd.DataFrame]] = {
     name: function
-    for module in (evaluation_tables, explore_tables, neighbours_tables, running_tables, tape_tables, transfer_tables)
+    for module in (
+        evaluation_tables,
+        explore_tables,
+        neighbours_tables,
+        published_tables,
+        running_tables,
+        tape_tables,
+        transfer_tables,
+    )
     for name, function in getmembers(module, isfunction)
-    if function.__module__ == module.__name__
+    if function.__module__ == module.__name__ and not name.startswith("_")
 }
 
 

@@ -47,7 +47,7 @@ def test_jobs_ask_for_enough_time_and_memory(tmp_path, scale):
 
 
 def test_memory_of_a_dem_grows_more_slowly_than_the_rules_ask():
-    cost = read_result("reduced", "cost")
+    cost = read_result("published", "cost")
     runs = cost[cost.stage == "run_slurry"]
     span_mb, span = (np.ptp(runs[name]) for name in ("max_rss_mb", "particles"))
     assert span_mb / span < 1 / 20  # MB per particle, as in slurry_mb

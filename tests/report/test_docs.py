@@ -7,14 +7,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import evaluation_tables
+import published_tables
 import tables
 import tape_tables
 from configurations import ROOT
 from reference_results import MISSING, REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, slurries
+from slurrycast.report import reference_article
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -95,6 +98,26 @@ def test_conclusions_at_reduced_scale():
     assert ablation.test_skill.idxmin() == "vgg16_box_absolute"
     timestep = pd.read_csv(REFERENCE / "timestep" / "timestep_summary.csv")
     assert set(timestep.accepted) == {"yes"}
+
+
+def test_conclusions_at_the_published_size():
+    """What README.md and docs/published.md conclude from their tables."""
+    errors = read_result("published", "coordinate_errors").query("axis == 'all'")
+    mse_um2 = errors.pivot(index="slurry", columns="surrogate", values="mse_um2").loc[slurries("published", "test")]
+    assert len(mse_um2) == 7 and (mse_um2.vgg16 > mse_um2.affine).all() and (mse_um2.affine > mse_um2.linear).all()
+    article = [error.mse_um2 for error in reference_article.COORDINATE_ERRORS.values()]
+    assert min(article) < mse_um2.affine.min() < mse_um2.affine.max() < max(article)
+    assert relaxed("published").density_error.max() < 0.01
+    trained = published_tables.published_training().set_index("surrogate")["training error (µm²)"].astype(float)
+    assert trained["`linear`"] < trained["`vgg16`"]
+    skill, cost = by_slurry("published", "skill", "skill"), by_slurry("published", "front", "cost_share_of_full_dem")
+    assert skill.linear.max() < skill.driven_dem.min() and skill.driven_dem.max() < skill.affine_f24.min()
+    assert cost.driven_dem.mean() < cost.vgg16.mean() < cost.affine_f24.mean()
+    judged = read_result("published", "verdicts")
+    assert (judged[judged.measure == "coordination_all"].mean_in_sd < 0).all()
+    rest = read_result("published", "equilibrium").query("role != 'replica'")
+    assert len(rest) == 15 and rest.time_to_equilibrium_us.max() < 100
+    assert abs(np.corrcoef(np.log(rest.particles), np.log(rest.time_to_equilibrium_us))[0, 1]) < 0.5
 
 
 def test_conclusions_on_neighbours():

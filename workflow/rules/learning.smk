@@ -70,12 +70,12 @@ def training_minutes(wildcards, attempt):
 
 
 def minutes_to_train(settings, slurries, attempt):
-    """The same of any settings and slurries; one step of the largest network takes less than a second on a slow core."""
+    """The same of any settings and slurries; one step of the largest network takes less than 2 s on a slow core."""
     if "batch_size" in settings:
         updates = settings["epochs"] * sum(map(particles, slurries)) / settings["batch_size"]
-    else:  # one slurry per update, which takes 1 s per 1000 particles with the default width and cutoff
+    else:  # one slurry per update, which takes 2 s per 1000 particles at most with the default width and cutoff
         updates = settings["members"] * settings["epochs"] * sum(map(particles, slurries)) / 1000
-    return 10 + attempt * int(updates / 60)
+    return 10 + attempt * int(updates / 30)
 
 
 def training_mb(wildcards, attempt):

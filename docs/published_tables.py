@@ -1,0 +1,139 @@
+"""Tables of the run of the published size, in README.md and docs/published.md: each public function gives one."""
+
+import math
+
+import pandas as pd
+
+from reference_results import accuracy, density_errors, growth, network_training, read_result, slurries
+from slurrycast.report import reference_article as article
+
+RUN = "published"
+COMPARED = ("vgg16", "linear", "affine")
+
+
+def _of_article(values: dict, name: str) -> pd.Series:
+    """One figure of the reference article by slurry."""
+    return pd.Series({slurry: getattr(value, name) for slurry, value in values.items()})
+
+
+def _structures(column: str) -> pd.DataFrame:
+    """Density or volume of the test slurries: slurries x (`DEM` and surrogates after relaxation)."""
+    rows = read_result(RUN, "density_volume").query("model in ('DEM', 'hybrid')")
+    rows = rows.assign(source=rows.surrogate.where(rows.model == "hybrid", "DEM"))
+    return rows.pivot(index="slurry", columns="source", values=column).loc[slurries(RUN, "test")]
+
+
+def _coordinates(column: str) -> pd.DataFrame:
+    """An error of the predicted coordinates over all axes: test slurries x surrogates."""
+    rows = read_result(RUN, "coordinate_errors").query("axis == 'all'")
+    return rows.pivot(index="slurry", columns="surrogate", values=column).loc[slurries(RUN, "test")]
+
+
+def _table(columns: dict[str, tuple[pd.Series, str]]) -> pd.DataFrame:
+    """A row for each slurry from columns of numbers, each with its format."""
+    texts = {name: values.map(form.format, na_action="ignore") for name, (values, form) in columns.items()}
+    return pd.DataFrame(texts).reindex(slurries(RUN, "test")).rename_axis("slurry").reset_index()
+
+
+def published_slurries() -> pd.DataFrame:
+    """Each test slurry beside the article: density of the DEM, error of the hybrid's, and of predicted coordinates."""
+    theirs = _of_article(article.DEM_STRUCTURE, "density_g_cm3")
+    off = (_of_article(article.HYBRID_STRUCTURE, "density_g_cm3") / theirs - 1).abs()
+    ours, errors, mse = _structures("density_g_cm3"), density_errors(RUN, "relaxed").T, _coordinates("mse_um2")
+    return _table(
+        {
+            "density of the DEM (g/cm³): article": (theirs, "{:.3f}"),
+            "here": (ours["DEM"], "{:.3f}"),
+            "error after relaxation: article": (off, "{:.1%}"),
+            "`vgg16`": (errors["vgg16"], "{:.1%}"),
+            "`direct`": (errors["direct"], "{:.1%}"),
+            "coordinates, MSE (µm²): article": (_of_article(article.COORDINATE_ERRORS, "mse_um2"), "{:.3f}"),
+            "`vgg16` ": (mse["vgg16"], "{:.3f}"),
+            "`affine`": (mse["affine"], "{:.3f}"),
+        }
+    )
+
+
+def published_volumes() -> pd.DataFrame:
+    """Volumes beside Table 3 of the article, in um3."""
+    ours = _structures("volume_um3")
+    return _table(
+        {
+            "DEM: article": (_of_article(article.DEM_STRUCTURE, "volume_um3"), "{:,.0f}"),
+            "here": (ours["DEM"], "{:,.0f}"),
+            "after relaxation: article": (_of_article(article.HYBRID_STRUCTURE, "volume_um3"), "{:,.0f}"),
+            "`vgg16`": (ours["vgg16"], "{:,.0f}"),
+            "`affine`": (ours["affine"], "{:,.0f}"),
+            "`direct`": (ours["direct"], "{:,.0f}"),
+        }
+    )
+
+
+def published_coordinates() -> pd.DataFrame:
+    """Errors of coordinates beside Table 4 of the article."""
+    columns = {}
+    for name, column, form in (("MAE (µm)", "mae_um", "{:.3f}"), ("R²", "r2", "{:.4f}")):
+        ours = _coordinates(column)
+        columns[f"{name}: article"] = (_of_article(article.COORDINATE_ERRORS, column), "{:.3f}")
+        columns |= {f"{name}: `{label}`": (ours[label], form) for label in COMPARED}
+    return _table(columns)
+
+
+def published_surrogates() -> pd.DataFrame:
+    """What all surrogates reach and cost."""
+    return accuracy(RUN)
+
+
+def published_training() -> pd.DataFrame:
+    """How far the network was trained, and what a fit of a few coefficients reaches."""
+    return network_training(RUN, "linear", "vgg16", "linear_box")
+
+
+def published_cost() -> pd.DataFrame:
+    """Wall time of one slurry beside the claim of the article: medians over the test slurries."""
+    terms = {
+        "full DEM (min)": "full DEM",
+        "with the surrogate (min)": "hybrid",
+        "ratio": "full DEM / hybrid",
+        "DEM to equilibrium / surrogate": "DEM to equilibrium / hybrid",
+        "share of the relaxation": "share of hybrid: relaxation",
+    }
+    rows = read_result(RUN, "article_costs").pivot(index="surrogate", columns="term", values="ours")
+    rows = rows.reindex(dict.fromkeys(read_result(RUN, "article_costs").surrogate))[list(terms.values())]
+    table = rows.set_axis(list(terms), axis=1)
+    table.loc["reference article"] = [article.FULL_DEM_MIN, article.HYBRID_MIN, article.COST_RATIO, math.nan, math.nan]
+    share = table.pop("share of the relaxation")
+    table = table.map(lambda value: f"{value:.0f}" if value > 100 else f"{value:.3g}", na_action="ignore")
+    table["share of the relaxation"] = (share / 100).map("{:.0%}".format, na_action="ignore")
+    table.loc["reference article", "share of the relaxation"] = article.HYBRID_PART_CLAIMS["relax_slurry"]
+    names = {label: f"`{label}`" for label in rows.index}
+    return table.rename(names).rename_axis("surrogate").reset_index()
+
+
+def published_growth() -> pd.DataFrame:
+    """Growth of cost up to the largest slurry."""
+    return growth(RUN, *dict.fromkeys(read_result(RUN, "cost_scaling").surrogate))
+
+
+def published_rest() -> pd.DataFrame:
+    """When the DEM of each slurry is at rest, and what it costs."""
+    rows = read_result(RUN, "equilibrium").set_index("slurry")
+    cost = read_result(RUN, "cost").query("stage == 'run_slurry'").set_index("slurry")
+    columns = {
+        "role": rows.role,
+        "particles": rows.particles.map("{:,}".format),
+        "density (g/cm³)": rows.density_g_cm3.map("{:.4f}".format),
+        "contacts": rows.mean_contacts.map("{:.2f}".format),
+        "drift in the last tenth": rows.density_drift.map("{:.1e}".format),
+        "time to equilibrium (µs)": rows.time_to_equilibrium_us.map("{:.0f}".format),
+        "CPU time (min)": (cost.cpu_s / 60).map("{:.1f}".format),
+    }
+    return pd.DataFrame(columns).loc[rows.index[rows.role != "replica"]].reset_index()
+
+
+def published_stages() -> pd.DataFrame:
+    """CPU time and memory of the longest job of each stage."""
+    rows = read_result(RUN, "cost")
+    rows = rows[rows.max_rss_mb.notna()].groupby("stage", sort=False)[["cpu_s", "max_rss_mb"]].max()
+    columns = {"CPU time (s)": rows.cpu_s.map("{:,.1f}".format), "memory (MB)": rows.max_rss_mb.map("{:,.0f}".format)}
+    return pd.DataFrame(columns).rename_axis("stage").rename("`{}`".format).reset_index()
