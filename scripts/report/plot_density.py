@@ -45,7 +45,7 @@ def draw_density(densities: pd.DataFrame, slurries: Sequence[str], surrogates: S
     if known:
         style = {"color": ARTICLE, "mfc": "white", "mew": 1.4, "ms": 6}
         for model, marker in (("DEM", "D"), ("hybrid", "o")):
-            label = f"{model} of the reference article (larger scale)"
+            label = f"{model} of the reference article"
             upper.plot(places + shifts[-1], reported[model], marker, label=label, **style)
         for axes in lower:
             axes.plot(places + shifts[-1], 100 * (reported["hybrid"] / reported["DEM"] - 1), "o", **style)
