@@ -1,7 +1,5 @@
 """Tables of the run of the published size, in README.md and docs/published.md: each public function gives one."""
 
-import math
-
 import pandas as pd
 
 from reference_results import accuracy, density_errors, growth, network_training, read_result, slurries
@@ -20,17 +18,17 @@ def _structures(column: str) -> pd.DataFrame:
     """Density or volume of the test slurries: slurries x (`DEM` and surrogates after relaxation)."""
     rows = read_result(RUN, "density_volume").query("model in ('DEM', 'hybrid')")
     rows = rows.assign(source=rows.surrogate.where(rows.model == "hybrid", "DEM"))
-    return rows.pivot(index="slurry", columns="source", values=column).loc[slurries(RUN, "test")]
+    return rows.pivot(index="slurry", columns="source", values=column)
 
 
 def _coordinates(column: str) -> pd.DataFrame:
-    """An error of the predicted coordinates over all axes: test slurries x surrogates."""
+    """An error of the predicted coordinates over all axes: slurries x surrogates."""
     rows = read_result(RUN, "coordinate_errors").query("axis == 'all'")
-    return rows.pivot(index="slurry", columns="surrogate", values=column).loc[slurries(RUN, "test")]
+    return rows.pivot(index="slurry", columns="surrogate", values=column)
 
 
 def _table(columns: dict[str, tuple[pd.Series, str]]) -> pd.DataFrame:
-    """A row for each slurry from columns of numbers, each with its format."""
+    """A row for each test slurry from columns of numbers, each with its format."""
     texts = {name: values.map(form.format, na_action="ignore") for name, (values, form) in columns.items()}
     return pd.DataFrame(texts).reindex(slurries(RUN, "test")).rename_axis("slurry").reset_index()
 
@@ -39,34 +37,27 @@ def published_slurries() -> pd.DataFrame:
     """Each test slurry beside the article: density of the DEM, error of the hybrid's, and of predicted coordinates."""
     theirs = _of_article(article.DEM_STRUCTURE, "density_g_cm3")
     off = (_of_article(article.HYBRID_STRUCTURE, "density_g_cm3") / theirs - 1).abs()
-    ours, errors, mse = _structures("density_g_cm3"), density_errors(RUN, "relaxed").T, _coordinates("mse_um2")
-    return _table(
-        {
-            "density of the DEM (g/cm³): article": (theirs, "{:.3f}"),
-            "here": (ours["DEM"], "{:.3f}"),
-            "error after relaxation: article": (off, "{:.1%}"),
-            "`vgg16`": (errors["vgg16"], "{:.1%}"),
-            "`direct`": (errors["direct"], "{:.1%}"),
-            "coordinates, MSE (µm²): article": (_of_article(article.COORDINATE_ERRORS, "mse_um2"), "{:.3f}"),
-            "`vgg16` ": (mse["vgg16"], "{:.3f}"),
-            "`affine`": (mse["affine"], "{:.3f}"),
-        }
-    )
+    errors, mse_um2 = density_errors(RUN, "relaxed").T, _coordinates("mse_um2")
+    columns = {
+        "DEM (g/cm³): article": (theirs, "{:.3f}"),
+        "DEM (g/cm³): here": (_structures("density_g_cm3")["DEM"], "{:.3f}"),
+        "density error: article": (off, "{:.1%}"),
+    }
+    columns |= {f"density error: `{label}`": (errors[label], "{:.1%}") for label in ("vgg16", "direct")}
+    columns["MSE (µm²): article"] = (_of_article(article.COORDINATE_ERRORS, "mse_um2"), "{:.3f}")
+    return _table(columns | {f"MSE (µm²): `{label}`": (mse_um2[label], "{:.3f}") for label in COMPARED})
 
 
 def published_volumes() -> pd.DataFrame:
     """Volumes beside Table 3 of the article, in um3."""
     ours = _structures("volume_um3")
-    return _table(
-        {
-            "DEM: article": (_of_article(article.DEM_STRUCTURE, "volume_um3"), "{:,.0f}"),
-            "here": (ours["DEM"], "{:,.0f}"),
-            "after relaxation: article": (_of_article(article.HYBRID_STRUCTURE, "volume_um3"), "{:,.0f}"),
-            "`vgg16`": (ours["vgg16"], "{:,.0f}"),
-            "`affine`": (ours["affine"], "{:,.0f}"),
-            "`direct`": (ours["direct"], "{:,.0f}"),
-        }
-    )
+    columns = {
+        "DEM: article": _of_article(article.DEM_STRUCTURE, "volume_um3"),
+        "DEM: here": ours["DEM"],
+        "relaxed: article": _of_article(article.HYBRID_STRUCTURE, "volume_um3"),
+    }
+    columns |= {f"relaxed: `{label}`": ours[label] for label in ("vgg16", "affine", "direct")}
+    return _table({name: (values, "{:,.0f}") for name, values in columns.items()})
 
 
 def published_coordinates() -> pd.DataFrame:
@@ -85,29 +76,30 @@ def published_surrogates() -> pd.DataFrame:
 
 
 def published_training() -> pd.DataFrame:
-    """How far the network was trained, and what a fit of a few coefficients reaches."""
+    """How far the network was trained, and what fits of a few coefficients reach."""
     return network_training(RUN, "linear", "vgg16", "linear_box")
 
 
 def published_cost() -> pd.DataFrame:
     """Wall time of one slurry beside the claim of the article: medians over the test slurries."""
-    terms = {
-        "full DEM (min)": "full DEM",
-        "with the surrogate (min)": "hybrid",
-        "ratio": "full DEM / hybrid",
-        "DEM to equilibrium / surrogate": "DEM to equilibrium / hybrid",
-        "share of the relaxation": "share of hybrid: relaxation",
-    }
     rows = read_result(RUN, "article_costs").pivot(index="surrogate", columns="term", values="ours")
-    rows = rows.reindex(dict.fromkeys(read_result(RUN, "article_costs").surrogate))[list(terms.values())]
-    table = rows.set_axis(list(terms), axis=1)
-    table.loc["reference article"] = [article.FULL_DEM_MIN, article.HYBRID_MIN, article.COST_RATIO, math.nan, math.nan]
-    share = table.pop("share of the relaxation")
-    table = table.map(lambda value: f"{value:.0f}" if value > 100 else f"{value:.3g}", na_action="ignore")
-    table["share of the relaxation"] = (share / 100).map("{:.0%}".format, na_action="ignore")
-    table.loc["reference article", "share of the relaxation"] = article.HYBRID_PART_CLAIMS["relax_slurry"]
-    names = {label: f"`{label}`" for label in rows.index}
-    return table.rename(names).rename_axis("surrogate").reset_index()
+    rows.loc["article"] = {
+        "full DEM": article.FULL_DEM_MIN,
+        "hybrid": article.HYBRID_MIN,
+        "full DEM / hybrid": article.COST_RATIO,
+    }
+    shown = ["article", *dict.fromkeys(read_result(RUN, "article_costs").surrogate)]
+    forms = {
+        "full DEM (min)": ("full DEM", "{:,.1f}"),
+        "with the surrogate (min)": ("hybrid", "{:.2f}"),
+        "ratio": ("full DEM / hybrid", "{:.1f}"),
+        "DEM to equilibrium / surrogate": ("DEM to equilibrium / hybrid", "{:.1f}"),
+        "share of the relaxation": ("share of hybrid: relaxation", "{:.0f}%"),
+    }
+    columns = {name: rows[term].map(form.format, na_action="ignore") for name, (term, form) in forms.items()}
+    table = pd.DataFrame(columns).loc[shown]
+    names = ["reference article", *(f"`{label}`" for label in shown[1:])]
+    return table.set_axis(names).rename_axis("surrogate").reset_index()
 
 
 def published_growth() -> pd.DataFrame:
@@ -128,7 +120,7 @@ def published_rest() -> pd.DataFrame:
         "time to equilibrium (µs)": rows.time_to_equilibrium_us.map("{:.0f}".format),
         "CPU time (min)": (cost.cpu_s / 60).map("{:.1f}".format),
     }
-    return pd.DataFrame(columns).loc[rows.index[rows.role != "replica"]].reset_index()
+    return pd.DataFrame(columns).loc[rows.index].reset_index()
 
 
 def published_stages() -> pd.DataFrame:

@@ -58,7 +58,7 @@ def options(tmp_path, monkeypatch) -> dict:
 
 def test_stored_tuned_and_new_networks_predict_the_same_slurries(options):
     tables = {}
-    for name, changes in (("fine_tuned", {"frames": []}), ("tuned", {}), ("from_scratch", {"start_from": None})):
+    for name, changes in (("stored", {"frames": []}), ("tuned", {}), ("new", {"start_from": None})):
         asked = {key: value for key, value in (options | changes).items() if value is not None}
         tables[name] = written("tune_surrogate", **asked)
         assert read_cost(options["cost"]).cpu_s > 0 and not options["work"].exists()
@@ -66,7 +66,7 @@ def test_stored_tuned_and_new_networks_predict_the_same_slurries(options):
     assert kinds == [("fine_tuned", 0, ["B", "C"]), ("fine_tuned", 1, ["B", "C"]), ("from_scratch", 1, ["B", "C"])]
     for table in tables.values():
         np.testing.assert_allclose(table.skill, 1 - (table.mse_um2 - 1e-4) / (table.mse_affine_um2 - 1e-4), rtol=1e-6)
-        np.testing.assert_array_equal(table.mse_affine_um2, tables["fine_tuned"].mse_affine_um2)
+        np.testing.assert_array_equal(table.mse_affine_um2, tables["stored"].mse_affine_um2)
     assert len({table.mse_um2[0] for table in tables.values()}) == 3
     done = run_script("tune_surrogate", **{k: v for k, v in options.items() if k not in ("frames", "start_from")})
     assert done.returncode == 2 and "--frames or --start-from: at least one is needed" in done.stderr
