@@ -291,7 +291,7 @@ def test_numbers_stand_in_their_rows(results):
     rows = page_of(results).rows
     for row in (
         ["MSE of coordinates (µm²)", "0.555", "0.278", "0.123"],
-        ["– largest", "3.00% (slurry 6)", "10.00% (slurry 6)", "24% (slurry 6)"],
+        ["– largest (its slurry)", "3.00% (6)", "10.00% (6)", "24% (6)"],
         ["Input frames, at steps", "70, 80, 90, 100", "350,000, 400,000, 450,000, 500,000"],
         ["Relaxation after the prediction (steps)", "50", "not stated"],
         ["Learning rate, net", "0.0001", "0.0001"],
