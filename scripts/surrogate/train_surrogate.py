@@ -6,7 +6,8 @@ Out: the model, and the learning curves (CSV: epoch, loss, mae, val_loss,
 val_mae; um2 for the mean squared errors `loss`, um for the mean absolute errors `mae`).
 
 A killed training continues from the work folder. The folder keeps the finished model: a workflow that is killed before
-it has taken note of the outputs asks for them again.
+it has taken note of the outputs asks for them again. Where an epoch does not depend on their number, it also keeps the
+last checkpoint: with more `epochs` the training goes on.
 """
 
 import hashlib
@@ -26,6 +27,7 @@ from slurrycast.runtime.costs import measured_cost, spent_so_far
 from slurrycast.runtime.files import checksum, moved_into_place
 from slurrycast.runtime.work_folder import work_folder
 from slurrycast.surrogates.base import Surrogate
+from slurrycast.surrogates.checkpoint import without_epochs
 
 
 def add_options(parser: Parser) -> None:
@@ -100,22 +102,25 @@ def main(args: Namespace) -> None:
         settings["start_from"] = str(args.start_from)
     if surrogate.learns_from == "frames":
         settings |= {"input_frames": args.input_frames, "target_frame": args.target_frame, "phases": args.phases}
-    known = [*map(checksum, sources), args.surrogate, settings, *code_versions(label.name)]
+    fixed = without_epochs(settings) if surrogate.goes_on else settings
+    known = [*map(checksum, sources), args.surrogate, fixed, *code_versions(label.name)]
+    part = f"epochs_{settings['epochs']}"
     identity = hashlib.sha256(json.dumps(known).encode()).hexdigest()
     with work_folder(args.work, identity) as work, measured_cost(args.cost, "train_surrogate", args.surrogate) as cost:
         data, cost.particles = read_data(surrogate, args, settings)
         model, history = work.path / "model.keras", work.path / "history.csv"
-        if work.finished("training"):
+        if work.finished(part):
             print(f"[{args.surrogate}] trained by an earlier attempt")
-            earlier = work.cost("training")
+            earlier = work.cost(part)
         else:
             held_out = {name: read_training_set(path) for name, path in args.held_out}
             more = {"held_out": held_out} if held_out else {}
             earlier = surrogate.train(data, settings, work.path, **more)
             spent = {clock: earlier[clock] + seconds for clock, seconds in spent_so_far().items()}
-            work.record("training", [model.name, history.name], spent)
-            for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold
-                checkpoint.unlink()
+            work.record(part, [model.name, history.name], spent)
+            if not surrogate.goes_on:
+                for checkpoint in work.path.glob("checkpoint*.h5"):  # not before: a kill would lose what they hold
+                    checkpoint.unlink()
         cost.wall_s += earlier["wall_s"]
         cost.cpu_s += earlier["cpu_s"]
         for made, place in ((model, args.model), (history, args.history)):

@@ -75,7 +75,7 @@ assert not {'keras', 'tensorflow'} & set(sys.modules)
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch, run_main):
+def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, monkeypatch, run_main, capsys):
     import train_surrogate
 
     n = 30
@@ -87,14 +87,16 @@ def test_the_script_writes_its_outputs_and_keeps_the_finished_model(tmp_path, mo
     monkeypatch.setattr(vgg16, "DENSE_UNITS", 8)
     names = {"dataset": "training.h5", "model": "model.keras", "history": "history.csv", "cost": "cost.json"}
     paths = {option: tmp_path / name for option, name in names.items()} | {"work": tmp_path / "work"}
-    settings = json.dumps({"epochs": 3, "batch_size": 10, "learning_rate": 1e-3, "threads": 1})
 
-    def run():
+    def run(epochs=3):
+        settings = json.dumps({"epochs": epochs, "batch_size": 10, "learning_rate": 1e-3, "threads": 1})
         run_main("train_surrogate", surrogate="vgg16", settings=settings, seed=3, **paths)
 
-    run()
+    run(epochs=2)
+    assert "resuming" not in capsys.readouterr().out
+    run()  # with more epochs it goes on
+    assert "resuming after epoch 2" in capsys.readouterr().out
     written = {option: paths[option].read_bytes() for option in ("history", "model")}
-    assert not (paths["work"] / "checkpoint.h5").exists()
     header, *rows = written["history"].decode().splitlines()
     assert header == "epoch,loss,mae,val_loss,val_mae"
     assert [row.split(",")[0] for row in rows] == ["1", "2", "3"]

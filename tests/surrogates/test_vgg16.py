@@ -236,6 +236,16 @@ def test_a_training_ends_when_its_lowest_validation_loss_has_settled(
     assert has_settled([4.0, 2.0, 3.0, 2.0, 1.01][:epochs], settings) == (epochs < 5)
 
 
+def test_more_epochs_go_on_where_fewer_ended(small, tmp_path, capsys):
+    expected = {epochs: fit(tmp_path / str(epochs), epochs=epochs)[:2] for epochs in (2, 5)}
+    for epochs, said in ((2, "epoch 1/2"), (5, "resuming after epoch 2"), (2, "of more epochs: starting anew")):
+        capsys.readouterr()
+        history, predicted, _ = fit(tmp_path / "extended", epochs=epochs)
+        assert said in capsys.readouterr().out
+        assert history == expected[epochs][0]
+        np.testing.assert_array_equal(predicted, expected[epochs][1])
+
+
 def two_slurries():
     features, targets = samples(30, seed=5)
     edges_um = np.broadcast_to(20 * np.linspace(1, 0.95, 4)[:, None], (2, 4, 3))

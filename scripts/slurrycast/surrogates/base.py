@@ -66,6 +66,8 @@ class Surrogate:
         "model.keras" if the model is trained, "model.json" if it is fitted in closed form, None if nothing is learned.
     weights_epoch
         Epoch of the weights in model.keras: that of the "lowest" validation loss, or the "last".
+    goes_on
+        Whether a training of more epochs goes on where one of fewer ended: no epoch depends on how many there are.
     learns_from
         "samples" (particles of the training set, whatever their slurry), or "frames" (whole slurries; then a label may
         end with a last input frame).
@@ -93,6 +95,7 @@ class Surrogate:
     box_rule: BoxRule
     model_file: str | None = None
     weights_epoch: str | None = None
+    goes_on: bool = False
     learns_from: str | None = None
     dem_script: str | None = None
     from_recipe: bool = False
@@ -148,7 +151,7 @@ class Surrogate:
             See the class.
         folder
             Gets model.keras, and history.csv with the columns epoch, loss, mae, val_loss and val_mae. It keeps
-            checkpoint*.h5, from which a training that was killed continues.
+            checkpoint*.h5, from which a training that was killed, or `goes_on`, continues.
         held_out
             With `learns_from` "samples", data sets of other slurries by name (validation, test). Their errors join the
             history as the columns <name>_slurries_loss and _mae, and nothing else may depend on them.

@@ -34,6 +34,11 @@ def fingerprint(arrays: Iterable[np.ndarray], settings: Mapping) -> str:
     return digest.hexdigest()
 
 
+def without_epochs(settings: Mapping) -> dict:
+    """What makes each epoch of a training what it is, where their number does not."""
+    return {key: value for key, value in settings.items() if key != "epochs"}
+
+
 def run_epochs(
     name: str,
     settings: Mapping,
@@ -73,9 +78,13 @@ def run_epochs(
         If the loss is not finite.
     """
     progress = Progress(earlier=dict(earlier or {"wall_s": 0.0, "cpu_s": 0.0}))
-    if stored := read_checkpoint(checkpoint, identity, name):
+    stored = read_checkpoint(checkpoint, identity, name)
+    if stored and len(stored[1].history) > settings["epochs"]:
+        print(f"[{name}] {checkpoint} is of more epochs: starting anew", flush=True)
+    elif stored:
         state, progress = stored
         assign(variables, state)
+        print(f"[{name}] resuming after epoch {len(progress.history)}", flush=True)
     epochs, first, start = settings["epochs"], len(progress.history), time.monotonic()
     for epoch in range(first + 1, epochs + 1):
         if has_settled([losses[2] for losses in progress.history], settings):
@@ -148,7 +157,6 @@ def read_checkpoint(path: Path, identity: str, name: str) -> tuple[dict[str, lis
     except (OSError, KeyError, InputError) as error:
         print(f"[{name}] {path} cannot be read ({error}): starting anew", flush=True)
         return None
-    print(f"[{name}] resuming after epoch {len(progress.history)}", flush=True)
     return state, progress
 
 

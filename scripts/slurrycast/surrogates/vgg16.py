@@ -23,7 +23,7 @@ from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_histor
 from slurrycast.runtime.files import InputError, moved_into_place
 from slurrycast.surrogates.backend import make_deterministic, read_model
 from slurrycast.surrogates.base import SCALE_OF_PREDICTION, Surrogate
-from slurrycast.surrogates.checkpoint import fingerprint, run_epochs, write_history
+from slurrycast.surrogates.checkpoint import fingerprint, run_epochs, without_epochs, write_history
 from slurrycast.surrogates.prediction import Prediction, PredictionInput
 from slurrycast.surrogates.samples import Samples, Standardisation
 from slurrycast.surrogates.stored_model import StoredLayer, input_shapes, stored_layers
@@ -251,8 +251,8 @@ def train(
     """Train with Adamax on the mean squared error, and write the plain Keras model and its learning curves.
 
     The model has the weights of the epoch with the lowest validation loss. A checkpoint is written after each epoch;
-    one of the same settings and data is continued as if there had been no break. The same seed gives the same result
-    on the same machine.
+    one of the same data and settings, or of fewer epochs, is continued as if there had been no break. The same seed
+    gives the same result on the same machine.
 
     Parameters
     ----------
@@ -296,7 +296,7 @@ def train(
     trainer = Trainer(plain, settings["learning_rate"])
     held_out = held_out or {}
     known = [samples, *(of_set for of_set, _ in held_out.values())]
-    identity = fingerprint((array for some in known for array in vars(some).values()), settings)
+    identity = fingerprint((array for some in known for array in vars(some).values()), without_epochs(settings))
     samples, *others = [some if standardisation is None else standardisation.apply(some) for some in known]
     arrays, *other_arrays = [
         [array.astype(np.float32) for array in (some.features, some.targets, some.unit_um)]
@@ -355,6 +355,7 @@ class Vgg16(Surrogate):
     box_rule = SCALE_OF_PREDICTION
     model_file = "model.keras"
     weights_epoch = "lowest"
+    goes_on = True
     learns_from = "samples"
     variant = re.compile("(?P<change>relative|standardised)?")
 

@@ -78,6 +78,7 @@ class Vgg16Box(Surrogate):
     box_rule = MEAN_PACKING_FRACTION
     model_file = "model.keras"
     weights_epoch = "lowest"
+    goes_on = True
     learns_from = "samples"
     variant = re.compile("(?P<change>absolute|xu|nobox)?")
 
