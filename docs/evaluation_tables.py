@@ -12,9 +12,9 @@ from reference_results import (
     network_training,
     read_result,
     relaxation_settings,
-    temperatures_k,
     with_largest,
 )
+from slurrycast.analysis.temperatures import DENSIFIED
 
 RECIPES = {
     "recipe": "as configured",
@@ -97,9 +97,13 @@ def barostats() -> pd.DataFrame:
 
 def temperatures() -> pd.DataFrame:
     """Temperatures of slurry 6 under a thermostat of 300 K."""
-    columns = {"slurry 6, translation (K)": "temperature_k", "rotation (K)": "temperature_rotational_k"}
-    rows = temperatures_k().rename(columns={value: key for key, value in columns.items()})[list(columns)]
-    return rows.map("{:,.0f}".format).rename_axis("temperature").reset_index()
+    slurry = read_result("published", "equilibrium").set_index("slurry").loc["6"]
+    rows = {
+        f"translation, mean while densifying to {DENSIFIED:.0%} of the density": slurry.temperature_densifying_k,
+        "translation, end of the run": slurry.temperature_k,
+        "rotation, end of the run": slurry.temperature_rotational_k,
+    }
+    return pd.DataFrame({"temperature of slurry 6": rows.keys(), "K": [f"{kelvin:,.0f}" for kelvin in rows.values()]})
 
 
 def ablation() -> pd.DataFrame:

@@ -3,6 +3,7 @@
 import pandas as pd
 
 from reference_results import accuracy, density_errors, growth, network_training, read_result, slurries
+from slurrycast.evaluation.verdicts import DIFFERS
 from slurrycast.report import reference_article as article
 
 RUN = "published"
@@ -73,6 +74,30 @@ def published_coordinates() -> pd.DataFrame:
 def published_surrogates() -> pd.DataFrame:
     """What all surrogates reach and cost."""
     return accuracy(RUN)
+
+
+def published_differences() -> pd.DataFrame:
+    """Differences of relaxed structures from the DEM, means over the test slurries; * where they differ."""
+    errors = read_result(RUN, "structure_errors").query("stage == 'relaxed'")
+    errors = errors[errors.slurry.isin(slurries(RUN, "test"))]
+    verdicts = read_result(RUN, "verdicts").set_index(["surrogate", "measure"]).verdict
+    changes = (errors.value / errors.dem_value - 1).groupby([errors.surrogate, errors.quantity]).mean()
+    columns = {
+        "density": "density_g_cm3",
+        "contacts": "coordination_all",
+        "particles with few contacts": "share_below_4_contacts",
+        "mean overlap": "overlap_mean",
+        "contacts, BDPD-BDPD": "coordination_BDPD-BDPD",
+    }
+    rows = [
+        {"surrogate": f"`{label}`"}
+        | {
+            name: f"{changes[label, measure]:+.2%}{' *' if verdicts[label, measure] == DIFFERS else ''}"
+            for name, measure in columns.items()
+        }
+        for label in verdicts.index.unique("surrogate")
+    ]
+    return pd.DataFrame(rows)
 
 
 def published_training() -> pd.DataFrame:

@@ -7,7 +7,6 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from slurrycast.analysis.temperatures import DENSIFIED, densifying
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.evaluation.verdicts import EQUIVALENT
@@ -199,13 +198,6 @@ def relaxation_settings() -> pd.DataFrame:
     )
     in_sd = (means[measures] - dem[measures].mean()) / sd
     return in_sd.reindex(means.index).assign(lammps_cpu_s=means.lammps_cpu_s)
-
-
-def temperatures_k() -> pd.DataFrame:
-    """Temperatures of slurry 6 at demo scale, in K: means while it densifies, and those at the end of the run."""
-    thermo = read_table(REFERENCE / "densification" / "demo_6.csv")
-    name = f"mean while densifying, to {DENSIFIED:.0%} of the density"
-    return pd.DataFrame({name: densifying(thermo).mean(), "end of the run": thermo.iloc[-1]}).T
 
 
 def drying_changes() -> pd.DataFrame:

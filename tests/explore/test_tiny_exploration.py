@@ -43,7 +43,7 @@ def test_from_ranges_to_the_page(tmp_path):
     config, results = project / "few.yaml", project / "results" / "few"
     write(config)
     said = snakemake(project, "explore", "--configfile", "few.yaml", fails=True)
-    assert "results/few/design.csv: no such file: run snakemake design with this configuration first" in said
+    assert "results/few/design.csv: no such file: run snakemake --cores 1 design with this configuration first" in said
     snakemake(project, "design", "--configfile", "few.yaml")
     snakemake(project, "explore", "--configfile", "few.yaml")
     table = read_table(results / "tables" / "explore.csv")

@@ -78,6 +78,15 @@ def test_links_and_paths_lead_somewhere_and_lines_are_short(page):
         assert missing in ([], ["scripts/slurrycast/surrogates/drift.py"])  # the example of docs/surrogates.md
 
 
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_commands_that_run_jobs_name_their_cores(page):
+    """Snakemake refuses to run here without; only the cluster's profile has a number of jobs."""
+    text = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    commands = re.findall(r"^\S*snakemake +(.*)", "".join(re.findall(r"^```\n(.*?)^```", text, re.M | re.S)), re.M)
+    free = re.compile(r"--cores|--workflow-profile|--dry-run|-n\b|--unlock")
+    assert [command for command in commands if not free.search(command)] == []
+
+
 def test_conclusions_at_reduced_scale():
     """What README.md and docs/evaluation.md conclude from their tables."""
     skill, errors = by_slurry("reduced", "skill", "skill"), relaxed("reduced")
@@ -115,6 +124,13 @@ def test_conclusions_at_the_published_size():
     assert cost.driven_dem.mean() < cost.vgg16.mean() < cost.affine_f24.mean()
     judged = read_result("published", "verdicts")
     assert (judged[judged.measure == "coordination_all"].mean_in_sd < 0).all()
+    loose = ["direct", "persistence"]
+    dense = judged[judged.measure == "density_g_cm3"].set_index("surrogate").mean_in_sd
+    assert (dense.drop(loose) > 2).all() and dense[loose].abs().max() < 1
+    smaller = read_result("reduced", "verdicts").query("measure == 'density_g_cm3'").set_index("surrogate").mean_in_sd
+    assert smaller[loose].abs().max() < 1 < 2 < smaller.direct_box
+    direct = published_tables.published_differences().set_index("surrogate").loc["`direct`"]
+    assert direct["density"] == "+0.05%" and direct["contacts"] == "-0.49% *"
     counts = judged[judged.verdict == "differs"].groupby("surrogate").size()
     assert (len(counts), counts.min(), counts.max()) == (8, 2, 6)
     rest = read_result("published", "equilibrium")

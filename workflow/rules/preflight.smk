@@ -102,8 +102,8 @@ def check_design():
     planned = {job.rule.name for job in workflow.dag.needrun_jobs()}
     if {"write_design", "tabulate_points"} <= planned and not workflow.touch:
         raise WorkflowError(
-            f"{RECIPE_TABLE}: is not what section explore of the configuration gives now: run snakemake design first, or "
-            "save it under another path and name that in explore.recipes",
+            f"{RECIPE_TABLE}: is not what section explore of the configuration gives now: run "
+            "snakemake --cores 1 design first, or save it under another path and name that in explore.recipes",
             "Nothing was run.",
         )
 

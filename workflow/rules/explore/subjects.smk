@@ -25,10 +25,12 @@ def explored_recipes(wildcards):
         raise WorkflowError(
             *DESIGN_PROBLEMS,
             "Nothing was run. For another design change explore.ranges, explore.points or explore.particles and run "
-            "snakemake design again.",
+            "snakemake --cores 1 design again.",
         )
     if not POINTS:
-        raise WorkflowError(f"{RECIPE_TABLE}: no such file: run snakemake design with this configuration first")
+        raise WorkflowError(
+            f"{RECIPE_TABLE}: no such file: run snakemake --cores 1 design with this configuration first"
+        )
     return str(RECIPE_TABLE)
 
 
