@@ -378,8 +378,10 @@ class Vgg16(Surrogate):
             unit_um = _unit_um(data.input_edges_um[data.slurry_index, -1], settings)
             return Samples(in_units(data.features, unit_um), data.targets / unit_um, unit_um, data.is_validation)
 
+        change = settings.get("change")
+        name = f"{self.name}_{change}" if change else self.name
         others = {name: (samples(other), other.slurry_index) for name, other in (held_out or {}).items()}
-        return train(self.name, samples(data), settings.get("change") == "standardised", settings, folder, others)
+        return train(name, samples(data), change == "standardised", settings, folder, others)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um; see `apply_model`."""

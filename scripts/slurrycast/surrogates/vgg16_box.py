@@ -95,8 +95,9 @@ class Vgg16Box(Surrogate):
     ) -> dict[str, float]:
         """Train as `vgg16.train` does, on standardised samples."""
         change = settings.get("change")
+        name = f"{self.name}_{change}" if change else self.name
         others = {name: (samples(other, change), other.slurry_index) for name, other in (held_out or {}).items()}
-        return vgg16.train(self.name, samples(data, change), True, settings, folder, others)
+        return vgg16.train(name, samples(data, change), True, settings, folder, others)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
         """Predict final unwrapped coordinates in um, in the final box of the input."""
