@@ -64,10 +64,9 @@ def scaled(config: dict, factor: float) -> dict:
     for key in ("timestep_us", "temperature_damping_us"):
         dem[key] *= factor
     measured = config["microstructure"]
-    measured["spacing_um"] = min(max(0.1 * factor, 0.02), 5.0)  # its bounds
-    measured["tortuosity_spacings_um"] = [
-        h * max(factor, 1) for h in measured["tortuosity_spacings_um"]
-    ]  # at least 0.1
+    measured["spacing_um"] *= factor
+    measured["tortuosity_spacings_um"] = [spacing_um * factor for spacing_um in measured["tortuosity_spacings_um"]]
+    config["analysis"]["rdf_cutoff_um"] *= factor
     return config
 
 

@@ -6,7 +6,8 @@ Out: a table (CSV) of one row for each surrogate and clock (wall_s or cpu_s): th
 the fewest and most particles of these; exponents b of seconds = a particles^b over them, by least squares of the
 logarithms, with standard errors (empty for less than 3 slurries, or sizes that span less than a factor of 2); seconds
 of the training (0 where none is recorded) and of the DEM, features and data set of the training slurries (0 for a
-surrogate that needs none), both empty for a model trained elsewhere; median seconds saved a slurry of role test; and
+surrogate that needs none), both empty for a model trained elsewhere, at
+least at first; median seconds saved a slurry of role test; and
 after how many slurries the training, alone and with the training slurries, is paid back (empty where nothing is saved).
 """
 
@@ -34,6 +35,13 @@ def add_options(parser: Parser) -> None:
         default=[],
         metavar="LABEL",
     )
+    parser.add_value(
+        "--trained-elsewhere",
+        "surrogates whose training began with a stored model, or ended with it",
+        nargs="*",
+        default=[],
+        metavar="LABEL",
+    )
     parser.add_output("--table", "table of both clocks (CSV)")
 
 
@@ -45,7 +53,7 @@ def main(args: Namespace) -> None:
         compare_costs(costs, equilibrium, runs, dict(args.input_steps), clock) for clock in ("wall_s", "cpu_s")
     )
     roles = dict(zip(equilibrium.slurry, equilibrium.role, strict=True))
-    table = scaling(speedup, costs, roles, set(args.learns_from_dem))
+    table = scaling(speedup, costs, roles, set(args.learns_from_dem), set(args.trained_elsewhere))
     write_table(args.table, table, digits=6)
 
 

@@ -52,7 +52,8 @@ def read_recipes(path: Path) -> pd.DataFrame:
 
 def costs(folder: Path, slurries: set[str]) -> pd.DataFrame:
     """Costs of the jobs on these slurries, by stage and surrogate."""
-    records = pd.DataFrame(map(vars, map(read_cost, sorted(folder.rglob("*.json")))))
+    paths = [path for path in sorted(folder.rglob("*.json")) if not path.name.startswith(".")]  # written meanwhile
+    records = pd.DataFrame(map(vars, map(read_cost, paths)))
     groups = records[records.slurry.isin(slurries)].groupby(["stage", "surrogate"])
     means = groups[["cpu_s", "wall_s", "particles"]].mean()
     return means.assign(jobs=groups.size()).reset_index()

@@ -27,7 +27,7 @@ from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
 from slurrycast.runtime.files import write_text
 
-FINEST_UM, FINEST_TORTUOSITY_UM, COARSEST_UM = 0.02, 0.1, 5.0  # of voxels
+FINEST_UM, COARSEST_UM = 0.001, 5.0  # of voxels
 
 
 def number_within(lowest: float, highest: float) -> Callable[[str], float]:
@@ -58,7 +58,7 @@ def add_options(parser: Parser) -> None:
     parser.add_value(
         "--tortuosity-spacings-um",
         "voxels of the tortuosity, um; none: it is not computed",
-        type=number_within(FINEST_TORTUOSITY_UM, COARSEST_UM),
+        type=number_within(FINEST_UM, COARSEST_UM),
         nargs="*",
         default=[],
     )

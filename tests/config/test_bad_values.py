@@ -315,6 +315,14 @@ CONFLICTS = [
         "drying.sources: []",
     ),
     (
+        "microstructure.spacing_um",
+        0.2,
+        " = 0.2: must be at most 0.1666, so that the smallest particle has 3 voxels across, and pores between such "
+        "particles are seen; or set drying.sources: []",
+    ),
+    ("analysis.rdf_cutoff_um", 2.0, " = 2.0: must be at least 2.2, twice the largest diameter"),
+    ("surrogate.early_dem.max_steps", 1000, " = 1000: must be at least surrogate.early_dem.flat_steps = 2000"),
+    (
         "drying.timestep_factor",
         1.0,
         too_long(" x dem.timestep_us = 0.002:", "0.494", "Rayleigh", "0.004046", "0.0016", "0.4", DRY),
@@ -523,3 +531,17 @@ def test_no_quantity_passes_in_a_unit_a_factor_of_1000_off(scale, factor):
         expected = "dem.timestep_us" if (name, factor) == ("normal_stiffness_kpa", 1e3) else name
         lines = check(config)
         assert lines and expected in lines[0].partition("=")[0], (path, value, lines)
+
+
+def test_the_end_of_a_run_has_rows_enough_to_judge_it():
+    config = load("config")
+    config["dem"] |= {"frames": 9, "segment_frames": 4, "thermo_every_steps": 6000}
+    config["learning"] |= {"input_frames": [1, 2, 3, 4], "target_frame": 8}
+    line = "dem.thermo_every_steps = 6000: must be at most 2400, a 20th of dem.steps, to tell whether"
+    assert [found for found in check(config) if found.startswith(line)]
+
+
+def test_a_tape_without_a_tortuosity_is_allowed():
+    config = load("config")
+    config["microstructure"]["tortuosity_spacings_um"] = []
+    assert check(config) == []

@@ -186,7 +186,7 @@ def test_a_table_of_the_project_is_the_one_that_is_checked(config, monkeypatch, 
             "drying.organics_density_g_cm3 = 0.33: must be above 0.3303, or",
         ),
         (
-            {"microstructure": {"spacing_um": 0.5}},
+            {"microstructure": {"spacing_um": 0.15}},
             "microstructure.tortuosity_spacings_um = [0.1]: slurry a may have ",
         ),
     ],

@@ -96,6 +96,20 @@ def test_a_dry_composition_is_that_of_each_recipe(config):
     assert configuration.check(wet) == []  # it can be written to a file and used
 
 
+def test_a_wet_recipe_beside_a_dry_default_keeps_what_is_written(config):
+    """What it takes from the default is as written there, and not as it was converted."""
+    config["drying"] |= {"composition_is": "dry", "solvent_fraction_of": "slurry", "solvent_mass_fraction": 0.08}
+    config["formulations"] = {
+        "as_slurry": {"drying": {"composition_is": "wet"}},
+        "own": {"phases": PHASES, "drying": {"composition_is": "wet", "solvent_fraction_of": "phase"}},
+    }
+    wet = wet_recipes(config)
+    assert of_recipe(wet, "as_slurry")["formulation"] == config["formulation"]
+    assert of_recipe(wet, "own")["formulation"]["phases"] == PHASES
+    assert of_recipe(wet, "own")["drying"]["solvent_mass_fraction"] == 0.08
+    assert wet["formulation"] != config["formulation"]
+
+
 @pytest.mark.parametrize(
     ("changes", "line"),
     [

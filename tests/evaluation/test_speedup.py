@@ -191,7 +191,7 @@ def test_scaling():
     assert early.saved_s_per_slurry == pytest.approx(-175)
     assert rows.hybrid_exponent.isna().tolist() == [False, True]
 
-    adopted = scaling(speedup, cost_table().replace({"stage": {"train_surrogate": "adopt_model"}}), roles, {"net"})
+    adopted = scaling(speedup, cost_table(), roles, {"net"}, {"net"})
     for column in ("training_s", "training_dem_s", "slurries_to_pay_training_and_dem"):
         assert adopted[column].isna().tolist() == [True, False]
 

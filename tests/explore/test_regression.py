@@ -42,6 +42,12 @@ def test_a_known_function_is_found_again_with_its_noise(fitted):
     assert list(np.argsort(-total)[:2]) == [0, 1] and (total[3:] < 0.02).all()
 
 
+def test_sensitivity_to_one_input_and_to_none():
+    assert sobol_indices(lambda x: x[:, 0] ** 2, 1, 1) == (1, 1)
+    for dimensions in (1, 3):
+        assert np.isnan(sobol_indices(lambda x: np.full(len(x), 2.0), dimensions, 1)).all()
+
+
 def test_left_out_is_what_a_fit_without_the_point_expects(fitted):
     """With the same kernel."""
     from sklearn.gaussian_process import GaussianProcessRegressor

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from configurations import ROOT
 
@@ -44,3 +45,9 @@ def test_rule_files_open_with_what_they_need_and_make():
     for path in FILES[1:]:
         text = path.read_text(encoding="utf-8")
         assert re.match(r'"""[^"]*\nREQUIRED INPUTS:\n[^"]*\nOUTPUTS:[^"]*"""\n', text), path
+
+
+def test_the_cluster_starts_lammps_by_its_own_launcher_in_every_rule():
+    profile = yaml.safe_load((ROOT / "profiles" / "slurm" / "profile.v9+.yaml").read_text(encoding="utf-8"))
+    with_launcher = {name for name, resources in profile["set-resources"].items() if "mpi" in resources}
+    assert with_launcher == {name for name, body in RULES.items() if "LAMMPS_JOB" in body}

@@ -345,7 +345,14 @@ def prediction_minutes(wildcards, attempt):
     if goes_on(wildcards):
         most_steps = KINDS[wildcards.surrogate].most_steps(config["surrogate"][LABELS[wildcards.surrogate].name])
         return lammps_minutes(wildcards, most_steps, attempt)
-    return 10 * attempt
+    return attempt * (10 + particles(wildcards.slurry) // 2000)
+
+
+def prediction_mb(wildcards, attempt):
+    """Memory of a prediction in MB: TensorFlow and the neighbours of all particles, or the slurry in LAMMPS."""
+    if goes_on(wildcards):
+        return slurry_mb(wildcards, attempt)
+    return attempt * (3000 + particles(wildcards.slurry) // 10)
 
 
 def relaxation(wildcards):

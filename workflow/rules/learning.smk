@@ -39,6 +39,12 @@ def phases_of(label):
     return known["phases"] if known else PHASES
 
 
+def there_beside(model):
+    """Files beside a model from elsewhere that are read with it, as far as they are there."""
+    files = [Path(model).with_name(name) for name in ("history.csv", trained_on.FILE)] if model else []
+    return [str(file) for file in files if file.exists()]
+
+
 def start_of(label):
     """Model file that the training of a surrogate starts from; an empty list if it starts anew."""
     return config["surrogate"].get(LABELS[label].name, {}).get("start_from") or []
@@ -79,11 +85,16 @@ def minutes_to_train(settings, slurries, attempt):
 
 
 def training_mb(wildcards, attempt):
-    """Memory of a training in MB; where the network learns from whole slurries, it grows with the largest one.
+    """Memory of a training in MB."""
+    return mb_to_train(wildcards, TRAINING, attempt)
+
+
+def mb_to_train(wildcards, slurries, attempt):
+    """The same on any slurries; where the network learns from whole slurries, it grows with the largest one.
 
     Measured: 3.9 GB for 1208 particles in the largest slurry, 5.5 GB for 2402 (cost.csv of the reference runs small and
     start).
     """
     if not learns_from_frames(wildcards):
         return attempt * 4000
-    return attempt * (3000 + 3 * max(map(particles, TRAINING)) // 2)
+    return attempt * (3000 + 3 * max(map(particles, slurries)) // 2)

@@ -80,6 +80,7 @@ if DESCRIBED:
             model=lambda wildcards: model_of(wildcards.surrogate),
             frames=expand(rules.extract_frames.output.frames, slurry=TRAINING),
             start_from=lambda wildcards: start_of(wildcards.surrogate),
+            beside=lambda wildcards: there_beside(start_of(wildcards.surrogate)),
         output:
             trained_on=f"{RESULTS}/models/{{surrogate}}/trained_on.json",
         log:
@@ -110,6 +111,7 @@ if ADOPTED:
         input:
             **code("surrogate/adopt_model"),
             model=lambda wildcards: ADOPTED[wildcards.surrogate],
+            beside=lambda wildcards: there_beside(ADOPTED[wildcards.surrogate]),
         output:
             model=f"{RESULTS}/models/{{surrogate}}/model.keras",
             history=f"{RESULTS}/models/{{surrogate}}/history.csv",
@@ -155,7 +157,7 @@ rule predict_slurry:
         tasks=lambda wildcards: config["dem"]["ranks"] if goes_on(wildcards) else 1,
         cpus_per_task=1,
         executable=lambda wildcards: config["dem"]["executable"] if goes_on(wildcards) else "",
-        mem_mb=lambda wildcards, attempt: attempt * 4000,
+        mem_mb=prediction_mb,
         runtime=prediction_minutes,
     params:
         settings=surrogate_settings,

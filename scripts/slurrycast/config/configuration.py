@@ -35,6 +35,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
         "dem.thermo_every_steps"
     ),
     surrogate_checks.intermediate_targets: "surrogate.neighbours",
+    surrogate_checks.early_dem: "surrogate.early_dem",
     model_checks.starts: "run surrogate evaluation.surrogates learning.input_frames formulation.phases formulations",
     surrogate_checks.models: "surrogate.names surrogate.models surrogate.packing_fraction evaluation.surrogates",
     surrogate_checks.models_of_this_run: "run surrogate.models",
@@ -83,6 +84,7 @@ RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] =
         "slurries formulation force_field drying microstructure dem.timestep_us dem.skin_um dem.impact_speed_um_us "
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
+    dem_checks.rdf_range: "formulation.phases analysis.rdf_cutoff_um",
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }
 

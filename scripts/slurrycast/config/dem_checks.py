@@ -15,6 +15,8 @@ from slurrycast.config.schema_errors import down, shown, up
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import forcefield, neighbour_lists, recipe
 
+# Rows of the thermo table: three of them are in the last tenth, over which the drift of the density is fitted.
+LEAST_THERMO_ROWS = 20
 # Steps in which the box collapses while no particle resists: with fewer the DEM ends in NaN or lost particles, or, with
 # Berendsen's barostat, the box swings. NPT gives way as soon as particles do.
 LEAST_COLLAPSE_STEPS = {"npt": 80, "berendsen": 500}
@@ -248,6 +250,11 @@ def steps(config: Mapping, _) -> Iterator[str]:
         yield f"dem.steps = {n_steps}: must be a multiple of dem.frames - 1 = {intervals}"
     elif (n_steps // intervals) % thermo:
         yield f"dem.thermo_every_steps = {thermo}: must divide the {n_steps // intervals} steps between two frames"
+    elif n_steps // thermo < LEAST_THERMO_ROWS:
+        yield (
+            f"dem.thermo_every_steps = {thermo}: must be at most {n_steps // LEAST_THERMO_ROWS}, a "
+            f"{LEAST_THERMO_ROWS}th of dem.steps, to tell whether the density is at rest"
+        )
     if dem["segment_frames"] > intervals:
         yield f"dem.segment_frames = {dem['segment_frames']}: must be at most dem.frames - 1 = {intervals}"
 
@@ -312,6 +319,15 @@ def phase_counts(config: Mapping, slurry: Slurry) -> dict[str, int]:
     counts = recipe.particle_counts(types, slurry.mass_units * formulation["unit_mass_pg"])
     phases = all_phases(config)
     return {phase: sum(int(n) for t, n in zip(types, counts, strict=True) if t.phase == phase) for phase in phases}
+
+
+def rdf_range(config: Mapping, _) -> Iterator[str]:
+    """The RDF goes beyond the contacts of the largest particles."""
+    cutoff_um = config["analysis"]["rdf_cutoff_um"]
+    largest_um = max(kind.diameter_um for kind in recipe.particle_types(config["formulation"]["phases"]))
+    if cutoff_um < 2 * largest_um:
+        least_um = up(2 * largest_um)
+        yield f"analysis.rdf_cutoff_um = {shown(cutoff_um)}: must be at least {least_um}, twice the largest diameter"
 
 
 def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:

@@ -49,15 +49,17 @@ def of_slurry(config: Mapping, slurry: Slurry) -> dict:
 
 def wet_recipes(config: Mapping) -> dict:
     """The same configuration with the wet composition of every recipe, as `wet_composition` makes it of one."""
-    recipes = dict(config["formulations"])
-    for name, changes in recipes.items():
-        as_given = of_recipe(config, name)
-        wet = wet_composition(as_given)
-        if wet != as_given:
+    converted = {**wet_composition(config), "formulations": dict(config["formulations"])}
+    for name, changes in config["formulations"].items():
+        wet = wet_composition(of_recipe(config, name))
+        taken = of_recipe(converted, name)  # what it takes from the default may have been written dry
+        if any(wet[section] != taken[section] for section in ("formulation", "drying")):
             solvent = {key: wet["drying"][key] for key in SOLVENT}
             drying = {**changes.get("drying", {}), **solvent}
-            recipes[name] = {**changes, "phases": wet["formulation"]["phases"], "drying": drying}
-    return {**wet_composition(config), "formulations": recipes}
+            formulation = {"expected_density_g_cm3": wet["formulation"]["expected_density_g_cm3"]}
+            formulation["phases"] = wet["formulation"]["phases"]
+            converted["formulations"][name] = {**changes, **formulation, "drying": drying}
+    return converted
 
 
 def all_phases(config: Mapping) -> list[str]:

@@ -109,6 +109,16 @@ def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
         )
 
 
+def early_dem(config: Mapping, _) -> Iterator[str]:
+    """`early_dem` has time to find that its density is flat."""
+    settings = config["surrogate"]["early_dem"]
+    if settings["max_steps"] < settings["flat_steps"]:
+        yield (
+            f"surrogate.early_dem.max_steps = {settings['max_steps']}: must be at least "
+            f"surrogate.early_dem.flat_steps = {settings['flat_steps']}"
+        )
+
+
 def packing_of_recipes(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     """A recipe without training slurries takes its packing fraction from `direct`, which is then there."""
     labels = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]

@@ -211,11 +211,8 @@ def slurries_to_pay(spent_s: float, saved_s: float) -> float:
 
 
 def training_seconds(costs: pd.DataFrame, surrogate: str, clock: str) -> float:
-    """Seconds that `surrogate` was trained or fitted; NaN if its model came from elsewhere, 0 if `costs` hold none."""
-    records = costs[costs.surrogate == surrogate]
-    if (records.stage == "adopt_model").any():
-        return np.nan
-    return float(records.loc[records.stage.isin(TRAINING_STAGES), clock].sum())
+    """Seconds that `surrogate` was trained or fitted, 0 if `costs` hold none."""
+    return float(costs[(costs.surrogate == surrogate) & costs.stage.isin(TRAINING_STAGES)][clock].sum())
 
 
 def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: str) -> float:
@@ -243,7 +240,11 @@ def training_dem_seconds(costs: pd.DataFrame, training: Collection[str], clock: 
 
 
 def scaling(
-    speedup: pd.DataFrame, costs: pd.DataFrame, roles: Mapping[str, str], learns_from_dem: Collection[str]
+    speedup: pd.DataFrame,
+    costs: pd.DataFrame,
+    roles: Mapping[str, str],
+    learns_from_dem: Collection[str],
+    trained_elsewhere: Collection[str] = (),
 ) -> pd.DataFrame:
     """How costs grow with size, and when the training is paid back.
 
@@ -257,19 +258,21 @@ def scaling(
         Role of each slurry.
     learns_from_dem
         The surrogates that need the training slurries.
+    trained_elsewhere
+        The surrogates that were trained elsewhere, at least at first: what that took is not known.
 
     Returns
     -------
     One row for each surrogate and clock of `speedup` with the columns surrogate, clock, slurries (those with a full
     DEM, over which exponents are taken), fewest_particles, most_particles, hybrid_exponent and dem_exponent, each with
-    its standard error (_se), training_s and training_dem_s (both NaN for a model that came from elsewhere),
+    its standard error (_se), training_s and training_dem_s (both NaN for those trained elsewhere),
     saved_s_per_slurry (median of dem - hybrid over those of role test), slurries_to_pay_training and
     slurries_to_pay_training_and_dem.
     """
     training = [slurry for slurry, role in roles.items() if role == "train"]
     rows = []
     for (surrogate, clock), compared in speedup.dropna(subset=["dem"]).groupby(["surrogate", "clock"], sort=False):
-        training_s = training_seconds(costs, surrogate, clock)
+        training_s = np.nan if surrogate in trained_elsewhere else training_seconds(costs, surrogate, clock)
         dem_s = 0.0
         if surrogate in learns_from_dem:
             dem_s = np.nan if np.isnan(training_s) else training_dem_seconds(costs, training, clock)

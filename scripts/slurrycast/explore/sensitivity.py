@@ -28,11 +28,14 @@ def sobol_indices(
     """
     from scipy import stats
 
-    with np.errstate(invalid="ignore", divide="ignore"):
-        indices = stats.sobol_indices(
-            func=lambda points: function(points.T)[None],
-            n=samples,
-            dists=[stats.uniform()] * dimensions,
-            rng=np.random.default_rng(seed),
-        )
+    if np.ptp(function(np.random.default_rng(seed).random((samples, dimensions)))) == 0:
+        return np.full(dimensions, np.nan), np.full(dimensions, np.nan)
+    if dimensions == 1:  # which scipy does not take
+        return np.ones(1), np.ones(1)
+    indices = stats.sobol_indices(
+        func=lambda points: function(points.T)[None],
+        n=samples,
+        dists=[stats.uniform()] * dimensions,
+        rng=np.random.default_rng(seed),
+    )
     return np.ravel(indices.first_order), np.ravel(indices.total_order)

@@ -97,9 +97,11 @@ rule fit_costs:
             for text, surrogate in KINDS.items()
             if surrogate.is_learned or (surrogate.needs_packing_fraction and not PACKING_GIVEN)
         ],
+        elsewhere=[text for text in KINDS if text in ADOPTED or start_of(text)],
     shell:
         "python {input.script:q} --costs {input.costs:q} --equilibrium {input.equilibrium:q} --run-json {input.runs:q}"
-        " --input-steps {params.input_steps:q} --learns-from-dem {params.learning:q} --table {output.table:q}"
+        " --input-steps {params.input_steps:q} --learns-from-dem {params.learning:q}"
+        " --trained-elsewhere {params.elsewhere:q} --table {output.table:q}"
         " 2>&1 | tee {log:q}"
 
 

@@ -58,7 +58,7 @@ rule tune_surrogate:
         "../../../envs/learning.yaml"
     threads: lambda wildcards: config["surrogate"][LABELS[wildcards.surrogate].name]["threads"]
     resources:
-        mem_mb=training_mb,
+        mem_mb=tuning_mb,
         runtime=tuning_minutes,
     params:
         settings=lambda wildcards: section(tuning_settings(wildcards)),
@@ -66,7 +66,7 @@ rule tune_surrogate:
         started=lambda wildcards, input: ["--start-from", input.start_from] if input.start_from else [],
         input_frames=lambda wildcards: input_frames(wildcards.surrogate),
         target_frame=TARGET_FRAME,
-        phases=PHASES,
+        phases=lambda wildcards: phases_of(wildcards.surrogate) if wildcards.start == "fine_tuned" else PHASES,
         validation_share=config["learning"]["validation_share"],
         work=lambda wildcards: f"{RESULTS}/tuning/{wildcards.surrogate}_{wildcards.start}_{wildcards.number}",
     shell:

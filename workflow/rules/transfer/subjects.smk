@@ -53,6 +53,11 @@ def tuning_settings(wildcards):
     return {key: value for key, value in own.items() if key != "start_from"}
 
 
+def tuning_mb(wildcards, attempt):
+    """Memory of this training in MB."""
+    return mb_to_train(wildcards, [*TRAINING, *config["transfer"]["slurries"]], attempt)
+
+
 def tuning_minutes(wildcards, attempt):
     """Walltime of this training in minutes."""
     return minutes_to_train(tuning_settings(wildcards), tuning_slurries(wildcards), attempt)
