@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from configurations import BEHIND, HEADER, ROOT, SCALES, load, shipped
+from slurrycast.runtime.files import checksum
 from stored_models import write_model
 
 
@@ -125,6 +126,38 @@ def test_networks_are_trained_but_for_those_with_a_model(tmp_path):
     assert re.search(r"check_training_range.py .*--models neighbours=\S+/trained_on.json", done.stdout)
     assert len(re.findall("predict_slurry.py.* --surrogate neighbours .*--adopted", done.stdout)) > 0
     assert not re.search("predict_slurry.py.* --surrogate vgg16 .*--adopted", done.stdout)
+
+
+def test_a_network_from_elsewhere_is_tuned_with_the_phase_numbers_that_it_knows(tmp_path):
+    write_model(tmp_path / "model.keras", "vgg16")
+    default = load("config")
+    described = {"surrogate": "vgg16", "model_sha256": checksum(tmp_path / "model.keras"), "slurries": ["T1"]}
+    described |= {"recipes": [{}], "range": {}}
+    described |= {key: default["learning"][key] for key in ("input_frames", "target_frame")}
+    phases = ["8YSZ", "NiO", "BDPD"]
+    (tmp_path / "trained_on.json").write_text(json.dumps(described | {"phases": phases}))
+    training = {"epochs": 1, "learning_rate": 1e-4}
+    config = own(
+        tmp_path,
+        slurries=write_slurries(tmp_path / "slurries.tsv", [("1", "test"), ("2", "test"), ("V1", "validation")]),
+        surrogate={
+            "names": ["affine", "vgg16"],
+            "models": {"vgg16": str(tmp_path / "model.keras")},
+            "packing_fraction": 0.67,
+            "other_recipe": "warn",
+        },
+        evaluation={"surrogates": []},
+        transfer={
+            "slurries": ["1"],
+            "counts": [0, 1],
+            "networks": {"vgg16": {"fine_tuned": training, "from_scratch": training}},
+        },
+    )
+    done = plan(config, "transfer")
+    tuned = re.findall(r"tune_surrogate.py .*--phases (\S+ \S+ \S+) .*vgg16_(\w+)\.csv", done.stdout)
+    known, own_phases = " ".join(phases), " ".join(default["formulation"]["phases"])
+    expected = {"fine_tuned_0": known, "fine_tuned_1": known, "from_scratch_1": own_phases}
+    assert {name: numbers for numbers, name in tuned} == expected, done.stderr
 
 
 @pytest.mark.parametrize("target", ["tables/structure_errors.csv", "figures/verdicts.png", "evaluation.html"])

@@ -6,7 +6,7 @@ REQUIRED INPUTS:
 OUTPUTS: functions and lists
 """
 
-TUNING = config["transfer"]["networks"] if config["transfer"]["slurries"] and TRAINING_NEEDED else {}
+TUNING = config["transfer"]["networks"] if config["transfer"]["slurries"] else {}
 TUNINGS = [
     f"{surrogate}_{start}_{count}"
     for surrogate in TUNING
