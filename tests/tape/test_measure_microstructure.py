@@ -141,7 +141,7 @@ def test_a_tape_has_the_thickness_that_its_cast_film_gives_it(slurry, tmp_path):
         ({"organic": "PVB"}, 1, "organic phase PVB: the particles are of BDPD, NiO, 8YSZ"),
         ({"solvent_mass_fraction": 1.1}, 2, "--solvent-mass-fraction: 1.1: must be 0 to 1"),
         ({"solvent_mass_fraction": "nan"}, 2, "nan: must be 0 to 1"),
-        ({"tortuosity_spacings_um": [0.2, 0.05]}, 2, "--tortuosity-spacings-um: 0.05: must be 0.1 to 5"),
+        ({"tortuosity_spacings_um": [0.2, 0.0005]}, 2, "--tortuosity-spacings-um: 0.0005: must be 0.001 to 5"),
         (
             {"tortuosity_spacings_um": [0.2, 0.1], "tortuosity_extrapolated": []},
             2,
@@ -149,7 +149,7 @@ def test_a_tape_has_the_thickness_that_its_cast_film_gives_it(slurry, tmp_path):
         ),
         ({"tortuosity_axes": "xy"}, 2, "--tortuosity-axes: invalid choice: 'xy'"),
         ({"tortuosity_of": ["void", "BDPD"]}, 2, "--tortuosity-of: invalid choice: 'BDPD'"),
-        ({"spacing_um": "x"}, 2, "--spacing-um: x: must be 0.02 to 5"),
+        ({"spacing_um": "x"}, 2, "--spacing-um: x: must be 0.001 to 5"),
     ],
 )
 def test_bad_options_get_one_line(slurry, tmp_path, options, code, line):
