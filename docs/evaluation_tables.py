@@ -12,6 +12,7 @@ from reference_results import (
     network_training,
     read_result,
     relaxation_settings,
+    slurries,
     with_largest,
 )
 from slurrycast.analysis.temperatures import DENSIFIED
@@ -22,12 +23,25 @@ RECIPES = {
     "attraction_100": "attraction x 100",
     "friction": "friction 0.5",
 }
+LONGER = "epochs"  # the run whose networks are trained for longer
 SOURCES = {"dem": "DEM", "direct": "`direct`", "direct, dense": "`direct` from 0.6"}
 
 
 def training() -> pd.DataFrame:
     """How far networks were trained at reduced scale, and what a fit of a few coefficients reaches."""
     return network_training("reduced", "linear", "vgg16", "linear_box", "vgg16_box")
+
+
+def longer_training() -> pd.DataFrame:
+    """The published network trained for longer, beside maps and fits; errors of slurries are means over them."""
+    labels = ["affine", "linear", "vgg16", "vgg16_standardised"]
+    table = network_training(LONGER, *labels[1:]).drop(columns="coefficients").set_index("surrogate")
+    table = table.reindex([f"`{label}`" for label in labels])
+    errors = read_result(LONGER, "coordinate_errors").query("axis == 'all'")
+    for role in ("validation", "test"):
+        mse_um2 = errors[errors.slurry.isin(slurries(LONGER, role))].groupby("surrogate").mse_um2.mean()
+        table[f"{role} slurries (µm²)"] = mse_um2[labels].map("{:.4f}".format).to_numpy()
+    return table.reset_index()
 
 
 def surrogates_small() -> pd.DataFrame:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
+from slurrycast import surrogates
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.dem.recipe import particle_counts, particle_types
 from slurrycast.evaluation.verdicts import EQUIVALENT
@@ -154,7 +155,9 @@ def network_training(run: str, *labels: str) -> pd.DataFrame:
             rows.append((f"`{label}`", str(len(model["coefficients"])), MISSING, MISSING, *losses))
             continue
         history = pd.read_csv(folder / "models" / label / "history.csv")
-        updates = len(history) * math.ceil(trained_on * samples / config["surrogate"][label]["batch_size"])
+        updates = len(history) * math.ceil(
+            trained_on * samples / config["surrogate"][surrogates.parse(label).name]["batch_size"]
+        )
         best = history.loc[history.val_loss.idxmin()]
         epochs = f"{best.epoch:.0f} of {len(history)}"
         losses = (history.loss.min(), best.val_loss)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 import evaluation_tables
 import published_tables
@@ -18,6 +19,7 @@ import tape_tables
 from configurations import ROOT
 from reference_results import MISSING, REFERENCE, by_slurry, drying_changes, load, read_result, relaxed, slurries
 from slurrycast.report import reference_article
+from slurrycast.surrogates.checkpoint import has_settled
 
 FOLDERS = (".", "config", "docs", "docs/notes", "results", "results/reference")
 PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
@@ -107,6 +109,26 @@ def test_conclusions_at_reduced_scale():
     assert ablation.test_skill.idxmin() == "vgg16_box_absolute"
     timestep = pd.read_csv(REFERENCE / "timestep" / "timestep_summary.csv")
     assert set(timestep.accepted) == {"yes"}
+
+
+def test_conclusions_on_longer_training():
+    """What docs/evaluation.md concludes from the run whose networks were trained for longer."""
+    errors = read_result("epochs", "coordinate_errors").query("axis == 'all'")
+    mse_um2 = errors.pivot(index="slurry", columns="surrogate", values="mse_um2")
+    assert len(mse_um2) >= 9 and (mse_um2.affine < mse_um2.vgg16).all()
+    assert (mse_um2.vgg16 < mse_um2.vgg16_standardised).all()
+    plain, standardised = (
+        pd.read_csv(REFERENCE / "epochs" / "models" / label / "history.csv").set_index("epoch")
+        for label in ("vgg16", "vgg16_standardised")
+    )
+    linear = json.loads((REFERENCE / "epochs" / "models" / "linear" / "model.json").read_text())
+    assert standardised.loss.min() < linear["training_mse_um2"] < plain.loss.min()
+    assert (len(plain), plain.val_loss.idxmin(), len(standardised)) == (121, 53, 121)
+    test = plain.test_slurries_loss
+    assert round(1 - test[100] / test[32], 2) == 0.05
+    with (REFERENCE / "epochs" / "config.yaml").open() as file:
+        settings = yaml.safe_load(file)["surrogate"]["vgg16"]
+    assert not any(has_settled(list(history.val_loss), settings) for history in (plain, standardised))
 
 
 def test_conclusions_at_the_published_size():
