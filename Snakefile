@@ -6,7 +6,7 @@
     snakemake --cores 2 tapes                                what becomes of the slurries when they dry
     snakemake --cores 2 evaluation                           what the predictions are worth, on the same results
     snakemake --cores 2 convergence                          whether the time step is small enough
-    snakemake --cores 1 design --configfile config/explore.yaml        many recipes, and then
+    snakemake --cores 1 design --configfile config/explore.yaml   many recipes, and then
     snakemake --cores 2 explore --configfile config/explore.yaml
     snakemake --cores 2 size --configfile config/size.yaml   why a network fails on larger slurries
     snakemake --cores 2 transfer --configfile config/transfer.yaml   what becomes of it on other recipes

@@ -6,9 +6,9 @@ Out: a table (CSV) of one row for each surrogate and clock (wall_s or cpu_s): th
 the fewest and most particles of these; exponents b of seconds = a particles^b over them, by least squares of the
 logarithms, with standard errors (empty for less than 3 slurries, or sizes that span less than a factor of 2); seconds
 of the training (0 where none is recorded) and of the DEM, features and data set of the training slurries (0 for a
-surrogate that needs none), both empty for a model trained elsewhere, at
-least at first; median seconds saved a slurry of role test; and
-after how many slurries the training, alone and with the training slurries, is paid back (empty where nothing is saved).
+surrogate that needs none), both empty for a model trained elsewhere, at least at first; median seconds saved a slurry
+of role test; and after how many slurries the training, alone and with the training slurries, is paid back (empty where
+nothing is saved).
 """
 
 import pandas as pd
