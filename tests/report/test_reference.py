@@ -52,15 +52,18 @@ def test_barostat_of_the_larger_scales():
     assert found.time_to_equilibrium_us < run_us["reduced"]
 
 
-def test_tortuosity_depends_on_the_grid():
-    """By how much docs/tape.md says of one slurry."""
-    from slurrycast.analysis.microstructure import void_tortuosity
+def test_tortuosity_and_pore_sizes_depend_on_the_grid():
+    """By how much docs/tape.md and the comment of LEAST_VOXELS say of one slurry."""
+    from slurrycast.analysis.microstructure import microstructure, void_tortuosity
     from slurrycast.data.frames import read_frames
 
     with read_frames(REFERENCE / "reduced" / "frames" / "2.h5") as store:
         frame, particles = store.frame(store.last), store.particles
     found = [void_tortuosity(frame, particles, spacing_um) for spacing_um in (0.2, 0.1)]
     np.testing.assert_allclose(found, [4.85, 2.49], atol=0.005)
+    images = [microstructure(frame, particles, "BDPD", 0.0, spacing_um) for spacing_um in (0.1, 0.2, 0.5)]
+    pores_um = [sizes["mean"] for _, _, sizes in images]
+    np.testing.assert_allclose(pores_um, [0.27, 0.33, 0.75], atol=0.005)
 
 
 def test_trainings_on_another_recipe_are_the_best_of_those_tried():
