@@ -160,7 +160,7 @@ def network_training(run: str, *labels: str) -> pd.DataFrame:
         )
         best = history.loc[history.val_loss.idxmin()]
         epochs = f"{best.epoch:.0f} of {len(history)}"
-        losses = (history.loss.min(), best.val_loss)
+        losses = (best.loss, best.val_loss)
         rows.append((f"`{label}`", NETWORK_SIZE, f"{updates:,}", epochs, *losses))
     updates = reference_article.EPOCHS * math.ceil(0.8 * reference_article.SAMPLES / reference_article.BATCH_SIZE)
     rows.append(("reference article", NETWORK_SIZE, f"{updates:,}", MISSING, math.nan, math.nan))
