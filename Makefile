@@ -71,7 +71,7 @@ FROM := results/$(RUN)
 REFERENCE := results/reference/$(RUN)
 SLURRY := 2
 FIGURES := workflow densification verdicts learning_curves_vgg16 learning_curves_vgg16_standardised coordinates_6 \
-	density rdf costs slurry_vgg16_4 skill structure front relaxation uncertainty
+	density rdf costs slurry_vgg16_4 skill front relaxation uncertainty
 reference:
 	rm -rf $(REFERENCE)
 	mkdir -p $(REFERENCE)/figures

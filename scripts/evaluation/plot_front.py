@@ -7,7 +7,8 @@ density and one for the RDF after relaxation. A point is the mean over the slurr
 there with several last input frames is one line in their order, with the numbers of the frames beside its points. The
 band is the noise of the DEM, within which order is not resolved: of the density, 2 sd of replicas; of the RDF, the mean
 difference between two replicas. A dark rim marks the front: neither another surrogate nor the full DEM, which has no
-error, is better at the same or lower cost.
+error, is better at the same or lower cost. A surrogate without coordinates, such as `direct`, is in the lower panels
+alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -109,10 +110,10 @@ def draw_panel(
 ) -> None:
     """Draw one panel; `points` are rows of `front.mean_front` with `plain`, `band` in units of `column`, NaN for none.
 
-    `markers` are those of the plain labels. `equilibrium` is the cost share of the DEM up to its own equilibrium, NaN
-    for none.
+    Points without an error are left out. `markers` are those of the plain labels. `equilibrium` is the cost share of
+    the DEM up to its own equilibrium, NaN for none.
     """
-    panel = PANELS[column]
+    panel, points = PANELS[column], points[points[column].notna()].reset_index(drop=True)
     cost, error = 100 * points.cost_share_of_full_dem, panel.scale * points[column]
     beyond = error > panel.most
     colours = surrogate_colours(list(markers))
@@ -166,11 +167,12 @@ def draw_front(points: pd.DataFrame, band: Mapping[str, float], equilibrium: flo
         draw_panel(axes, points, column, band.get(column, np.nan), markers, equilibrium)
     axes = panels["density_error"]  # has what all have, and the band
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=5)
-    by_frame = points.sort_values("input_last_frame").groupby("plain", sort=False)
-    lines = [list(frames.index) for _, frames in by_frame if len(frames) > 1]
-    numbers = {place: f"{points.input_last_frame[place]}" for line in lines for place in line}
     for column, axes in panels.items():
-        places = np.column_stack([100 * points.cost_share_of_full_dem, PANELS[column].scale * points[column]])
+        drawn = points[points[column].notna()].reset_index(drop=True)
+        by_frame = drawn.sort_values("input_last_frame").groupby("plain", sort=False)
+        lines = [list(frames.index) for _, frames in by_frame if len(frames) > 1]
+        numbers = {place: f"{drawn.input_last_frame[place]}" for line in lines for place in line}
+        places = np.column_stack([100 * drawn.cost_share_of_full_dem, PANELS[column].scale * drawn[column]])
         place_numbers(axes, places, numbers, lines)
     return figure
 
@@ -188,7 +190,7 @@ def main(args: Namespace) -> None:
     if table.empty:
         raise InputError(f"{args.front}: no slurry of role test")
     table = with_relative_mse(table, read_table(args.skill))
-    if table.empty:
+    if table.mse_of_affine.isna().all():
         raise InputError(f"{args.skill}: no surrogate and slurry of {args.front}")
     points = mean_front(table)
     test = set(table.slurry)

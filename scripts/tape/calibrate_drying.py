@@ -4,8 +4,9 @@ In: an equilibrated slurry (HDF5, its last frame), the inputs of its DEM, the se
 Out: a table (CSV) of one row a drying: friction, green_density_g_cm3 and packing_fraction (volume of the particles over
 that of the box). The density falls with friction. The first two rows are those of --most and --least. Without a
 measured density there are no others. With one, friction is halved between them on a logarithmic scale until the density
-is within --tolerance, a share of it, or --dryings have been made, and the last row is nearest to the measured one. A
-density beyond both ends is met by no friction: then there are only their rows, and a warning.
+is within --tolerance, a share of it, or --dryings have been made, and the last row is nearest to the measured one: that
+of an end once more, if none is nearer. A density beyond both ends is met by no friction: then there are only their
+rows, and a warning.
 
 The ends are the friction of the shipped slurry, and the one with which the ARTISTIC online calculator dries battery
 electrodes (its published scripts, Zenodo 5956353).

@@ -21,7 +21,7 @@ def noise_of(replicas: pd.DataFrame) -> pd.DataFrame:
     particles = replicas[replicas.quantity == "particles"].set_index("slurry").value
     groups = replicas.groupby([replicas.slurry.map(replicated_slurry), "quantity"], sort=False)
     rows = [
-        (slurry, int(particles[rows.slurry.iloc[0]]), quantity, len(rows), *mean_and_sd(rows.value))
+        (slurry, int(particles[rows.slurry.iloc[0]]), quantity, rows.value.count(), *mean_and_sd(rows.value.dropna()))
         for (slurry, quantity), rows in groups
     ]
     return pd.DataFrame(rows, columns=COLUMNS)

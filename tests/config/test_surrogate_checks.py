@@ -336,6 +336,17 @@ def test_networks_are_tuned_on_test_slurries_of_one_recipe(config, changes, line
     assert check(config) == ([] if line is None else [line])
 
 
+def test_a_network_from_elsewhere_is_tuned_only_if_its_training_can_go_on(with_model):
+    settings = {start: {"epochs": 3, "learning_rate": 1e-3} for start in ("fine_tuned", "from_scratch")}
+    with_model["transfer"] = {"slurries": ["1", "2"], "counts": [0, 2], "networks": {"vgg16": settings}}
+    assert check(with_model) == [
+        'transfer.networks: surrogate.models.vgg16 = "model.keras" cannot be trained on: has other layers than the '
+        "published network, for vgg16"
+    ]
+    with_model["transfer"]["counts"] = [0]
+    assert check(with_model) == []
+
+
 TWO_RECIPES = [("T", "train", ""), ("A", "test", ""), ("B", "test", "other"), ("C", "test", "other")]
 
 

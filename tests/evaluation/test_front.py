@@ -82,12 +82,13 @@ def test_relative_mse_is_that_of_each_slurry_and_goes_into_the_means():
     skill = {"surrogate": ["net", "affine", "net", "far"], "slurry": ["2", "2", "6", "6"]}
     skill |= {"mse_um2": [0.2, 0.1, np.nan, 3.0], "mse_affine_um2": 0.1}
     rows = with_relative_mse(pd.DataFrame(keys | errors), pd.DataFrame(skill))
-    # slurry 6 of net has no MSE
-    assert list(zip(rows.surrogate, rows.slurry, strict=True)) == [("net", "2"), ("affine", "2")]
-    np.testing.assert_allclose(rows.mse_of_affine, [2, 1])
+    assert list(zip(rows.surrogate, rows.slurry, strict=True)) == [("net", "2"), ("net", "6"), ("affine", "2")]
+    np.testing.assert_allclose(rows.mse_of_affine, [2, np.nan, 1])
     means = mean_front(rows)
     assert list(means.surrogate) == ["affine", "net"]
     np.testing.assert_allclose(means.mse_of_affine, [1, 2])
+    everywhere = mean_front(rows[rows.surrogate == "net"])
+    assert np.isnan(everywhere.mse_of_affine[0]) and everywhere.density_error[0] == 0.01
 
 
 def test_known_front():

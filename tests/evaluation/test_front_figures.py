@@ -168,6 +168,17 @@ def test_front_without_replicas_has_no_bands(tmp_path, surrogate, mse_of_affine,
     check_saved(figure, tmp_path / "front.png")
 
 
+def test_a_surrogate_without_coordinates_is_on_the_other_fronts(tmp_path):
+    columns = {"surrogate": ["direct", "affine"], "input_last_frame": [0, 10], "cost_share_of_full_dem": [0.1, 0.2]}
+    columns |= {"mse_of_affine": [np.nan, 1.0], "density_error": [0.001, 0.004], "rdf_error": [0.03, 0.02]}
+    figure = plot_front.draw_front(pd.DataFrame(columns), {}, np.nan)
+    fronts = [[[20, 1.0]], [[10, 0.1]], [[10, 0.03], [20, 0.02]]]
+    for axes, expected in zip(figure.axes, fronts, strict=True):
+        np.testing.assert_allclose(line_of(axes, "front"), expected)
+    assert {"affine", "direct"} < set(texts(figure.legends[0].get_texts()))
+    check_saved(figure, tmp_path / "front.png")
+
+
 def test_skill_below_the_axis_is_written(tmp_path):
     skill = pd.DataFrame(
         [("persistence", "1", -6.54), ("persistence", "2", -0.5), ("affine", "1", 0.0), ("affine", "2", 0.0)],

@@ -49,7 +49,8 @@ def made(tmp_path_factory):
     off.to_csv(dem[0], index=False)
     costs = [Cost("dry_slurry", "direct", id, 1000, cpu_s=6.0, wall_s=7.0) for id in table.id]
     (folder / "costs").mkdir()
-    write_costs(folder / "costs", [*costs, Cost("run_slurry", "-", "000", 1000, cpu_s=20.0), Cost("x", "-", "other")])
+    costs += [Cost("run_slurry", "-", id, 1000, cpu_s=20.0) for id in table.id]
+    write_costs(folder / "costs", [*costs, Cost("x", "-", "other")])
     paths = {f"explore_{name}": folder / f"explore_{name}.csv" for name in TABLES} | {"explore": folder / "explore.csv"}
     noise = {"explore_noise": paths["explore_noise"]}
     maps, fits, page = folder / "explore_maps.png", folder / "explore_fits.png", folder / "explore.html"
@@ -93,7 +94,7 @@ def test_the_noise_is_that_of_the_replicas_and_costs_are_counted(made):
     assert noise.replica_sd["shrinkage"] == pytest.approx(table.shrinkage[-4:].std(), rel=1e-6)
     assert (noise.freedom == 3).all()
     costs = read_table(made / "explore_costs.csv").set_index("stage")
-    assert dict(costs.jobs) == {"dry_slurry": 28, "run_slurry": 1} and costs.cpu_s["dry_slurry"] == 6.0
+    assert dict(costs.jobs) == {"dry_slurry": 28, "run_slurry": 28} and costs.cpu_s["dry_slurry"] == 6.0
 
 
 def test_inputs_are_found_that_matter(made):

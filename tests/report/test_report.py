@@ -80,6 +80,17 @@ def test_numbers_stand_in_their_rows(results):
         assert row in rows, row
 
 
+def test_costs_up_to_the_tape_are_means_over_the_slurries_that_are_dried(results):
+    tapes = {"dry_slurry": [3.0, np.nan, np.nan], "measure_microstructure": [2.0, np.nan, np.nan]}
+    tapes |= {"hybrid_to_tape": [25.0, np.nan, np.nan], "dem_to_tape": [105.0, np.nan, np.nan]}
+    table = results.speedup.drop(columns="hybrid_to_tape")
+    many = {name: values * (len(table) // 3) for name, values in tapes.items()}
+    table = table.assign(**many, dem=table.dem.where(table.slurry != "6", 900.0))
+    rows = page_of(replace(results, speedup=table)).rows
+    assert ["net", "0.333", "0.05", "0.0333", "0.417", "1.67", "1.75"] in rows  # min
+    assert any(row[0] == "net" and row[-2:] == ["8.33", "0.333"] for row in rows)  # of all test slurries
+
+
 def test_a_surrogate_without_coordinates_has_dashes(results):
     """Like one that knows no places of single particles; then none that does."""
     errors = results.coordinate_errors

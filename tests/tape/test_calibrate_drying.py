@@ -32,6 +32,12 @@ def test_no_more_dryings_than_asked_for_and_the_nearest_is_last():
     assert errors[-1] == min(errors)
 
 
+@pytest.mark.parametrize(("wanted", "friction"), [(3.4, 0.01), (3.395, 0.01), (3.405, 0.01), (2.8, 10.0)])
+def test_an_end_that_is_near_enough_needs_no_more_dryings(wanted, friction):
+    made = list(bisection(density, wanted, ENDS, 3e-3, 9))
+    assert made[2:] == [(friction, density(friction))]
+
+
 @pytest.mark.parametrize("wanted", [2.7, 3.5])
 def test_a_density_out_of_reach_is_met_by_no_friction(wanted):
     assert list(bisection(density, wanted, ENDS, 1e-4, 9)) == [(10.0, density(10.0)), (0.01, density(0.01))]

@@ -100,6 +100,18 @@ def test_stages_scatter_by_themselves(tmp_path):
     assert np.isnan(sd["slurry", "pores"])
 
 
+def test_only_replicas_that_have_a_quantity_count(tmp_path):
+    """Pooled with their degrees of freedom, one of slurry 1 and one of slurry 2, which has twice the particles."""
+    voids = {"1_r1": 5.0, "1_r2": 5.2, "1_r3": np.nan, "2_r1": 6.0, "2_r2": 6.4}
+    replicas = [microstructure(tmp_path / f"{name}.csv", "dem", name, void=void) for name, void in voids.items()]
+    tape = microstructure(tmp_path / "1.csv", "dem", "1", void=5.0)
+    table = tmp_path / "table.csv"
+    rows = written("tabulate_microstructure", microstructures=[tape], replicas=replicas, table=table)
+    n = PARTICLES["2"] / PARTICLES["1"]
+    expected = ((0.2**2 / 2 + n * 0.4**2 / 2) / 2) ** 0.5
+    assert rows.set_index("quantity").replica_sd["void"] == pytest.approx(expected)
+
+
 def test_tapes_are_judged_by_the_scatter_of_replicas(judged):
     _, verdicts = judged
     assert set(verdicts.surrogate) == {"far"} and set(verdicts.slurries) == {3}

@@ -29,7 +29,8 @@ def options(tmp_path) -> dict:
     columns = ["surrogate", "slurry", "stage", "quantity", "value", "dem_value", "replica_sd"]
     table = pd.DataFrame(structures, columns=columns)
     table.to_csv(tmp_path / "structure_errors.csv", index=False)
-    tapes = table[table.quantity == "density_g_cm3"].assign(quantity="green_density", unit="g/cm3")
+    tapes = table[table.quantity == "density_g_cm3"]
+    tapes = pd.concat([tapes.assign(quantity=name) for name in ("green_density", "contacts_ceramic", "voxel_spacing")])
     tapes = pd.concat([tapes, tapes[tapes.surrogate == "net"].assign(surrogate="dem")])
     tapes = tapes.replace({"stage": {"relaxed": "tape"}}).rename(columns={"surrogate": "source"})
     tapes.to_csv(tmp_path / "tape_errors.csv", index=False)
@@ -46,7 +47,7 @@ def options(tmp_path) -> dict:
 
 def test_errors_are_grouped_by_recipe(options):
     rows = written("compare_recipes", **options)
-    assert len(rows) == 2 * 2 * 5  # recipes, surrogates, quantities
+    assert len(rows) == 2 * 2 * 6  # recipes, surrogates, quantities
     assert dict(zip(rows.recipe, rows.trained_on, strict=True)) == {"default": "yes", "coarse": "no"}
     for known, expected in ((["coarse"], ["no", "yes"]), ([None], ["unknown"] * 2), (["", None], ["yes", "unknown"])):
         of_net = written("compare_recipes", **options, elsewhere=json.dumps({"net": known}))
@@ -61,11 +62,12 @@ def test_errors_are_grouped_by_recipe(options):
         "coordination_all": ("contacts", 0.25, 0.2, 0.3),
         "rdf_NiO-8YSZ": ("replica difference", 2.5, 2.0, 3.0),
         "tape_green_density": ("%", 2.5, 2.0, 3.0),
+        "tape_contacts_ceramic": ("%", 2.5, 2.0, 3.0),  # a number in a volume, not of a particle
     }
     for quantity, (unit, *values) in expected.items():
         assert coarse.unit[quantity] == unit
         assert coarse.loc[quantity, ["mean", "least", "greatest"]].tolist() == pytest.approx(values)
-    assert coarse.replica_sds.drop("skill").tolist() == pytest.approx([5.0, 5.0, 2.5, 5.0])
+    assert coarse.replica_sds.drop("skill").tolist() == pytest.approx([5.0, 5.0, 2.5, 5.0, 5.0])
     assert pd.isna(coarse.replica_sds["skill"])
 
 

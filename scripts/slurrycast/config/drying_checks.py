@@ -143,14 +143,15 @@ def tortuosity_voxels(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
     if not config["drying"]["sources"] or not settings["tortuosity_spacings_um"]:
         return
     sizes = []
-    for slurry in sorted(slurries, key=lambda slurry: slurry.role == "new"):
+    held_out = [slurry for slurry in slurries if slurry.role not in ("train", "validation")]
+    test, new = ([slurry for slurry in held_out if (slurry.role == "new") == is_new] for is_new in (False, True))
+    for slurry in [*test[: config["drying"]["test_slurries"]], *new]:
         if slurry.formulation not in ("", *config["formulations"]):
             continue
         recipe_config = wet_composition(of_slurry(config, slurry))
         if any(line for check in (box_edges, whole_particles) for line in check(recipe_config, [slurry])):
             return
-        if slurry.role not in ("train", "validation"):
-            sizes.append((_volume_um3(recipe_config["formulation"], slurry), slurry.id))
+        sizes.append((_volume_um3(recipe_config["formulation"], slurry), slurry.id))
     sizes = sizes[: settings["tortuosity_slurries"]]  # of each source the first ones, those of role `new` last
     finest_um = min(settings["tortuosity_spacings_um"])
     volume_um3, slurry_id = max(sizes, default=(0, ""))

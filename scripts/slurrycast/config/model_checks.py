@@ -132,22 +132,31 @@ def start_problem(config: Mapping, label: surrogates.Label, path: str) -> str | 
     written = Path("results") / config["run"]["name"] / "models"
     if Path(path).resolve().is_relative_to(written.resolve()):
         return f"must lie outside {written}, which this run writes: choose another run.name"
-    frames = label.input_frames(config["learning"]["input_frames"])
-    settings = {**config["surrogate"][label.name], **label.settings}
+    frames, phases = label.input_frames(config["learning"]["input_frames"]), all_phases(config)
     try:
-        known, layers = described(path), stored_layers(path)
-        phases = all_phases(config)
-        problem = label.surrogate.misfit(layers, len(frames), len(phases), settings)
+        known = described(path)
     except InputError as error:
         return str(error)
-    except (KeyError, TypeError):  # of a file that has layers of other kinds than Keras writes
-        return "is no model of this kind"
-    if problem:
-        return f"{problem}, for {label.text}"
+    if problem := training_misfit(config, label, path, len(phases)):
+        return problem
     for key, value in {"surrogate": label.text, "input_frames": frames, "phases": phases}.items():
         if known and known[key] != value:
             return f"was trained with {key.replace('_', ' ')} {shown(known[key])}, needed is {shown(value)}"
     return None
+
+
+def training_misfit(config: Mapping, label: surrogates.Label, path: str, n_phases: int) -> str | None:
+    """What of a stored model keeps a training with these settings and number of phases from going on with it."""
+    n_frames = len(label.input_frames(config["learning"]["input_frames"]))
+    try:
+        problem = label.surrogate.misfit(
+            stored_layers(path), n_frames, n_phases, {**config["surrogate"][label.name], **label.settings}
+        )
+    except InputError as error:
+        return str(error)
+    except (KeyError, TypeError):  # of a file that has layers of other kinds than Keras writes
+        return "is no model of this kind"
+    return f"{problem}, for {label.text}" if problem else None
 
 
 def tuning_tests(config: Mapping, slurries: Iterable[Slurry]) -> list[str]:
@@ -160,7 +169,7 @@ def tuning_tests(config: Mapping, slurries: Iterable[Slurry]) -> list[str]:
 
 
 def tuning(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
-    """The slurries of the study `transfer` are test slurries of one recipe, and its networks are of this run."""
+    """The slurries of the study `transfer` are test slurries of one recipe, its networks are there and can be tuned."""
     study, by_id = config["transfer"], {slurry.id: slurry for slurry in slurries}
     if not study["slurries"]:
         return
@@ -179,6 +188,14 @@ def tuning(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
     for label in study["networks"]:
         if label not in labels or not surrogates.parse(label).surrogate.is_trained:
             yield f"transfer.networks: {shown(label)}: must be a network of surrogate.names or evaluation.surrogates"
+    if max(study["counts"]) == 0:
+        return
+    for label, path in _adopted(config):
+        if label in study["networks"]:
+            known = read_trained_on(beside(path))
+            phases = known["phases"] if known else all_phases(config)
+            if problem := training_misfit(config, surrogates.parse(label), path, len(phases)):
+                yield f"transfer.networks: surrogate.models.{label} = {shown(path)} cannot be trained on: {problem}"
 
 
 def _listed(shapes: Mapping[str, tuple[int | None, ...]]) -> str:

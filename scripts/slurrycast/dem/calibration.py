@@ -9,7 +9,8 @@ def bisection(
 ) -> Iterator[tuple[float, float]]:
     """Yield friction and density of each drying, the last one nearest to the wanted density.
 
-    A density beyond those of both ends is met by none: then there are these two alone.
+    Those of both ends come first, and once more if one of them is the nearest. A density beyond both is met by none:
+    then there are these two alone.
 
     Parameters
     ----------
@@ -22,17 +23,22 @@ def bisection(
     """
     least, most = ends
     densest, loosest = density(least), density(most)
-    yield most, loosest
-    yield least, densest
+    at_ends, between = [(most, loosest), (least, densest)], []
+    yield from at_ends
     if not loosest * (1 - tolerance) <= wanted <= densest * (1 + tolerance):
         return
-    made = []
-    while len(made) < dryings - 2 and (not made or abs(made[-1][1] / wanted - 1) > tolerance):
+
+    def off(drying: tuple[float, float]) -> float:
+        return abs(drying[1] / wanted - 1)
+
+    while len(between) < dryings - 2 and min(map(off, [*at_ends, *between])) > tolerance:
         friction = math.sqrt(least * most)
-        found = density(friction)
-        made.append((friction, found))
-        if found > wanted:
+        between.append((friction, density(friction)))
+        if between[-1][1] > wanted:
             least = friction
         else:
             most = friction
-    yield from sorted(made, key=lambda each: -abs(each[1] - wanted))
+    yield from sorted(between, key=off, reverse=True)
+    nearest = min(at_ends, key=off)
+    if not between or off(nearest) < min(map(off, between)):
+        yield nearest

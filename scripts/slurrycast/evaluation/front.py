@@ -62,21 +62,22 @@ def with_relative_mse(front_table: pd.DataFrame, skill: pd.DataFrame) -> pd.Data
 
     Returns
     -------
-    Rows of `front_table` with `mse_of_affine`; rows without an MSE are left out.
+    Rows of `front_table` with `mse_of_affine`, NaN for those without an MSE, such as `direct`.
     """
     relative = skill.assign(mse_of_affine=skill.mse_um2 / skill.mse_affine_um2)
-    relative = relative[["surrogate", "slurry", "mse_of_affine"]].dropna()
-    return front_table.merge(relative, on=["surrogate", "slurry"], validate="one_to_one")
+    relative = relative[["surrogate", "slurry", "mse_of_affine"]]
+    return front_table.merge(relative, on=["surrogate", "slurry"], how="left", validate="one_to_one")
 
 
 def mean_front(table: pd.DataFrame) -> pd.DataFrame:
     """Mean of cost and all errors over the slurries of tables/front.csv, one row for each surrogate in order of cost.
 
-    Every row is the mean over the same slurries: those that every surrogate has.
+    Every row is the mean over the same slurries: those that every surrogate has. An error that one of
+    them lacks is NaN.
     """
     common = set.intersection(*(set(rows.slurry) for _, rows in table.groupby("surrogate")))
     means = table[table.slurry.isin(common)].groupby(["surrogate", "input_last_frame"], sort=False)
-    means = means[[column for column in table if column not in KEYS]].mean().reset_index()
+    means = means[[column for column in table if column not in KEYS]].mean(skipna=False).reset_index()
     return means.sort_values("cost_share_of_full_dem", ignore_index=True)
 
 

@@ -2,6 +2,7 @@
 
 A user who has a new slurry pays for all of HYBRID_PARTS; the DEM that they replace needs the inputs as well. Costs that
 are paid once, those of the training and of the DEM of the training slurries, are counted separately (`scaling`).
+The relaxed slurries of `direct` that give the packing fraction of a recipe without training slurries are not counted.
 """
 
 import argparse

@@ -155,9 +155,12 @@ def costs(results: Results) -> dict:
     length_s, unit = time_unit(shown[["dem", "hybrid"]].max(axis=None))
     part_names = {part: name for part, name in HYBRID_PARTS.items() if shown[part].any()}
     columns = [*part_names, "hybrid", *(["dem", "dem_to_equilibrium"] if shown.dem.notna().any() else [])]
-    tape_columns = [*TAPE_PARTS, "hybrid_to_tape", "dem_to_tape"] if shown.hybrid_to_tape.notna().any() else []
-    columns += tape_columns
     parts = [[name, *(shown.loc[shown.surrogate == name, columns].mean() / length_s)] for name in results.surrogates]
+    dried = shown.dropna(subset=["hybrid_to_tape"])
+    tapes = []
+    if not dried.empty:
+        columns = ["hybrid", *TAPE_PARTS, "hybrid_to_tape", "dem", "dem_to_tape"]
+        tapes = (dried.groupby("surrogate", sort=False)[columns].mean() / length_s).reset_index().values.tolist()
 
     known = shown.dropna(subset=["ratio"]).groupby("surrogate", sort=False)
     shares = known[list(HYBRID_PARTS)].sum()
@@ -176,7 +179,8 @@ def costs(results: Results) -> dict:
         "unit": unit,
         "part_names": list(part_names.values()),
         "parts": parts,
-        "tapes": bool(tape_columns),
+        "tapes": tapes,
+        "dried": list(dict.fromkeys(dried.slurry)),
         "ratios": list(known.ratio),
         "early_ratios": [(name, early.dropna()) for name, early in known.ratio_to_equilibrium if early.notna().any()],
         "largest_parts": [(name, HYBRID_PARTS[row.idxmax()], row.max()) for name, row in shares.iterrows()],

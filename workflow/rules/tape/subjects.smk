@@ -6,6 +6,8 @@ REQUIRED INPUTS:
 OUTPUTS: functions and lists
 """
 
+from slurrycast.analysis.microstructure import MOST_PARTICLES
+
 
 def equilibrated(wildcards):
     """The slurry that is dried: the DEM's, or one that a surrogate predicted and that was relaxed."""
@@ -117,10 +119,16 @@ def judged_tapes(path):
 
 
 def microstructure_mb(wildcards, attempt):
-    """Memory in MB of the measures of one slurry or tape: `slurry_mb`, and some 100 bytes for each voxel."""
-    return slurry_mb(wildcards, attempt) + round(
-        attempt * 1e-4 * voxels(wildcards, config["microstructure"]["spacing_um"])
-    )
+    """Memory in MB of the measures of one slurry or tape: `slurry_mb`, and some 100 bytes for each voxel.
+
+    130 bytes for each voxel were measured of a tortuosity through the void, which is solved in a layer of large slurries.
+    """
+    settings = config["microstructure"]
+    image_mb = 1e-4 * voxels(wildcards, settings["spacing_um"])
+    if "--tortuosity-spacings-um" in microstructure_options(wildcards):
+        layer = min(1, MOST_PARTICLES / particles(wildcards.slurry))
+        image_mb = max(image_mb, 2e-4 * layer * voxels(wildcards, min(settings["tortuosity_spacings_um"])))
+    return slurry_mb(wildcards, attempt) + round(attempt * image_mb)
 
 
 def microstructure_minutes(wildcards, attempt):
