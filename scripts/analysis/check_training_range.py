@@ -51,17 +51,21 @@ def wrong_frame_seen(args: Namespace) -> str | None:
     return None if 0 <= first <= last else f"--first-frame-seen {first}: must be from 0 to --last-input-frame {last}"
 
 
-def known_ranges(args: Namespace) -> dict[str, dict[str, Range]]:
-    """Range of each quantity in the training slurries of this run and of each model that was trained elsewhere."""
+def known_ranges(args: Namespace) -> dict[str, tuple[int, dict[str, Range]]]:
+    """Number of the last input frame, and the range of each quantity there in the slurries that were trained on.
+
+    By this run, and by each model that was trained elsewhere, which may take other frames.
+    """
     earlier = range(args.first_frame_seen, args.last_input_frame)
     read = [read_state(path, args.last_input_frame, earlier) for path in args.training]
     ranges = {}
     if read:
         earlier_g_cm3 = [density for each in read for density in each.earlier_g_cm3]
-        ranges[THIS_RUN] = training_range((each.state for each in read), earlier_g_cm3)
+        ranges[THIS_RUN] = (args.last_input_frame, training_range((each.state for each in read), earlier_g_cm3))
     for label, path in args.models:
         if known := read_trained_on(path):
-            ranges[label] = {name: Range(**limits) for name, limits in known["range"].items()}
+            limits = {name: Range(**limits) for name, limits in known["range"].items()}
+            ranges[label] = (max(known["input_frames"]), limits)
         else:
             print(f"{label}: the model does not say what it was trained on: its training range is not known")
     return ranges
@@ -72,8 +76,8 @@ def main(args: Namespace) -> None:
     with measured_cost(args.cost, "check_training_range"):
         ranges, rows = known_ranges(args), []
         for path, role in zip(args.predicted, args.roles, strict=True):
-            predicted = read_state(path, args.last_input_frame)
-            for model, training in ranges.items():
+            for model, (last_frame, training) in ranges.items():
+                predicted = read_state(path, last_frame)
                 compared = compare_with_training(predicted.state, training)
                 outside = [name for name, values in compared.items() if values.outside]
                 if outside:

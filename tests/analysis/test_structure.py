@@ -91,12 +91,15 @@ def test_touching_is_decided_in_double_precision_and_across_the_boundary(margin_
     np.testing.assert_allclose(contacts.distance_um, 0.7, atol=1e-8)
 
 
-def test_contacts_are_those_of_all_distances(gas):
+@pytest.mark.parametrize("widening", [1.0, 4.0])
+def test_contacts_are_those_of_all_distances(gas, widening):
+    """Also for sizes that are far apart."""
     position_um, some = gas
-    contacts = find_contacts(position_um, LOWER_UM, EDGES_UM, some.radius_um)
+    radius_um = np.where(np.arange(len(position_um)) % 50, 1.0, widening) * some.radius_um
+    contacts = find_contacts(position_um, LOWER_UM, EDGES_UM, radius_um)
     difference_um = position_um[:, None] - position_um
     difference_um -= EDGES_UM * np.round(difference_um / EDGES_UM)
-    reach_um = some.radius_um[:, None] + some.radius_um
+    reach_um = radius_um[:, None] + radius_um
     touching = np.triu(np.linalg.norm(difference_um, axis=2) < reach_um, k=1)
     pairs = np.sort(np.stack([contacts.first, contacts.second]), axis=0)
     assert sorted(map(tuple, pairs.T)) == list(map(tuple, np.argwhere(touching)))

@@ -324,6 +324,12 @@ def test_a_model_carries_its_range_to_another_run(frames_of, outputs, tmp_path):
     pd.testing.assert_frame_equal(here.drop(columns="model"), there.drop(columns="model"))
     said = run_script("check_training_range", models=f"vgg16={described}", **asked).stdout
     assert said == "[6] outside the training range of vgg16: particles, density_g_cm3\n"
+    denser = tmp_path / "7.h5"  # as the training slurries at the last frame of the model, which this run goes beyond
+    frames = [frame(k, np.zeros((len(recipe(300.0)), 3)), np.full(3, edge_um)) for k, edge_um in ((10, 6.0), (18, 3.0))]
+    write_store(denser, frames, recipe(300.0), slurry="7", physics=physics_of())
+    later = {"predicted": denser, "roles": "test", "last_input_frame": 18}
+    rows = written("check_training_range", models=f"vgg16={described}", **asked | later).set_index("quantity")
+    assert rows.value["longest_edge_um"] == 6.0
     described.write_text("{}")
     described.with_name(".checksums").joinpath("trained_on.json.sha256").unlink()
     assert written("check_training_range", models=f"vgg16={described}", **asked).empty

@@ -323,6 +323,17 @@ CONFLICTS = [
         "particles are seen; or set drying.sources: []",
     ),
     ("analysis.rdf_cutoff_um", 2.0, " = 2.0: must be at least 2.2, twice the largest diameter"),
+    (
+        "analysis.rdf_bins",
+        5,
+        "analysis.rdf_cutoff_um / analysis.rdf_bins = 1.4 um: must be at most 0.2728, for 10 bins in slurry 2",
+    ),
+    ("dem.temperature_damping_us", 0.001, " = 0.001: must be at least 0.02, 10 time steps"),
+    (
+        "learning.validation_share",
+        1e-5,
+        " = 1e-05: must leave at least one of the 11162 particles of role train on either side",
+    ),
     ("surrogate.early_dem.max_steps", 1000, " = 1000: must be at least surrogate.early_dem.flat_steps = 2000"),
     (
         "drying.timestep_factor",

@@ -1,5 +1,6 @@
 """Several recipes in one configuration: what holds for which slurry, and lines for what is wrong in one of them."""
 
+import copy
 import json
 from pathlib import Path
 
@@ -140,6 +141,16 @@ def test_what_is_wrong_in_a_recipe_is_said_with_its_name(config, changes, line):
     found = configuration.check(config)
     assert any(each.startswith(line) for each in found), found
     assert all(each.startswith("formulations.coarse") for each in found)
+
+
+def test_a_fault_of_two_recipes_is_said_of_both_and_one_of_the_default_once(config):
+    config["formulations"]["coarse"]["expected_density_g_cm3"] = 7.0
+    config["formulations"]["other"] = copy.deepcopy(config["formulations"]["coarse"])
+    both = configuration.check(config)
+    assert [line.partition(":")[0] for line in both] == ["formulations.coarse", "formulations.other"]
+    config["formulation"]["initial_packing_fraction"] = 0.9
+    packing = [line for line in configuration.check(config) if "initial_packing_fraction" in line]
+    assert len(packing) == 1 and packing[0].startswith("formulation.")
 
 
 def test_a_wrong_name_of_a_recipe(config):

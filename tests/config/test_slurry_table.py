@@ -45,6 +45,7 @@ BAD_ROWS = {
     "T1\ttrain\t1\t1\n": "s.tsv line 2: 4 cells: must be 5, separated by tabs",
     "T1 train 1 1 1\n": "s.tsv line 2: 1 cells: must be 5, separated by tabs",
     "A\ttest\t1\t1\t1\n\nA\ttest\t1\t1\t2\n": 's.tsv line 4: id = "A": must differ from line 2',
+    "my_work\ttest\t1\t1\t1\n": ('s.tsv line 2: id = "my_work": must not be logs, begin with work or end with _work'),
     "A\ttest\t1\t1\t5\nB\ttest\t1\t1\t5\n": "s.tsv line 3: seed = 5: must differ from line 2",
     "A\ttrain\t1\t1\t1\nB\tvalidation\t1\t1\t2\n": "s.tsv: no slurry of role test or new: must be at least one",
     "A\tnew\t1\t1\t1\n": "s.tsv: no slurry of role train: must be at least one for affine, or surrogate.models",

@@ -34,7 +34,8 @@ def main(args):
     import os
     from keras import config
     print(config.backend(), config.floatx(), config.image_data_format(), config.epsilon(), config.max_epochs(), end=" ")
-    print(os.environ["KERAS_HOME"], "µm")
+    import tensorflow as tf
+    print(os.environ["KERAS_HOME"], "µm", tf.config.threading.get_intra_op_parallelism_threads(), end="")
 sys.argv = ["train"]
 run_main(main, lambda parser: None, None)
 """
@@ -113,7 +114,7 @@ def test_packages_of_pip_user_count_only_if_there_are_no_others(tmp_path, monkey
 def test_keras_by_hand_has_our_settings(tmp_path):
     user = hostile(tmp_path) | {"PYTHONPATH": SCRIPTS}  # by hand it is what the user wants
     said = output(TRAINING, user, tmp_path).splitlines()[-1]
-    assert said == rf"tensorflow float32 channels_last 1e-07 None {os.devnull} \xb5m"
+    assert said == rf"tensorflow float32 channels_last 1e-07 None {os.devnull} \xb5m 1"
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,8 @@ import yaml
 
 from configurations import BEHIND, HEADER, ROOT, SCALES, load, shipped
 from slurrycast.runtime.files import checksum
-from stored_models import write_model
+from slurrycast.surrogates.vgg16 import BLOCKS, DENSE_UNITS
+from stored_models import write_layers, write_model
 
 
 def plan(
@@ -129,7 +130,9 @@ def test_networks_are_trained_but_for_those_with_a_model(tmp_path):
 
 
 def test_a_network_from_elsewhere_is_tuned_with_the_phase_numbers_that_it_knows(tmp_path):
-    write_model(tmp_path / "model.keras", "vgg16")
+    units = [{"filters": n} for block in BLOCKS for n in block] + [{"units": n} for n in (DENSE_UNITS, DENSE_UNITS, 3)]
+    layers = [("InputLayer", {"name": "frames", "batch_shape": [None, 4, 6]}), *(("Layer", each) for each in units)]
+    write_layers(tmp_path / "model.keras", layers)
     default = load("config")
     described = {"surrogate": "vgg16", "model_sha256": checksum(tmp_path / "model.keras"), "slurries": ["T1"]}
     described |= {"recipes": [{}], "range": {}}
@@ -380,6 +383,28 @@ def test_slurries_of_a_target_that_are_not_in_the_table(tmp_path):
     done = plan(own(tmp_path, evaluation=wrong["evaluation"] | {"replicated": []}), "evaluation")
     assert done.returncode == 1
     assert "evaluation.replicated = []: must be at least one slurry for this target" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("names", "roles", "said"),
+    [
+        (["direct"], ("train", "test"), "surrogate.names: must hold one that takes frames for this target"),
+        (["affine"], ("train", "new"), "no slurry of role test: must be at least one for this target"),
+    ],
+)
+def test_errors_by_size_need_slurries_and_a_surrogate_with_frames(tmp_path, names, roles, said):
+    table = write_slurries(tmp_path / "slurries.tsv", [(f"S{place}", role) for place, role in enumerate(roles)])
+    changes = {"surrogate": {"names": names}, "report": {"pictures": []}, "evaluation": {"surrogates": []}}
+    done = plan(own(tmp_path, slurries=table, **changes), "size")
+    assert done.returncode == 1
+    assert said in done.stdout + done.stderr
+
+
+def test_a_label_that_starts_later_than_the_others_leaves_the_training_range_as_it_is(tmp_path):
+    changes = {"surrogate": {"names": ["affine", "vgg16", "neighbours_f18"]}, "report": {"pictures": []}}
+    done = plan(own(tmp_path, **changes))
+    assert done.returncode == 0, done.stderr
+    assert "--last-input-frame 10 --first-frame-seen 10" in done.stdout
 
 
 def check_ranks(planned: str, resources: str) -> None:

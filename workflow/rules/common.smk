@@ -118,7 +118,7 @@ RANGE_KNOWN = bool((TRAINING or ADOPTED) and TRACKED)  # what takes no frames le
 PICTURED = [label for label in config["report"]["pictures"] if label in SURROGATES]
 EVALUATED = list(LABELS)
 ABLATION = [text for text, label in LABELS.items() if label.name in ("vgg16", "vgg16_box")]
-HAS_ABLATION = TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
+HAS_ABLATION = bool(TRAINING) and TRAINING_NEEDED and any(LABELS[text].settings for text in ABLATION)
 HAS_RELAXATION = bool(RELAXATION_STEPS and with_role("validation"))
 
 
@@ -288,7 +288,7 @@ def first_frame_seen():
     """Earliest last input frame that all surrogates of the main job learn from; some move their input frames back."""
     learned = [label for label in SURROGATES if label in DESCRIBED]
     last = max(INPUT_FRAMES)
-    return max((label_settings.first_frame_seen(config, label) for label in learned), default=last)
+    return min(last, max((label_settings.first_frame_seen(config, label) for label in learned), default=last))
 
 
 def surrogate_settings(wildcards):

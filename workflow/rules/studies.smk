@@ -86,15 +86,23 @@ rule plot_timesteps:
         " 2>&1 | tee {log:q}"
 
 
+def sized(path):
+    """Outputs `path` of the surrogates that have a box of their own; an error if there are none, or no test slurries."""
+    required("test")
+    if not TRACKED:
+        raise WorkflowError("surrogate.names: must hold one that takes frames for this target, such as affine")
+    return expand(path, surrogate=TRACKED, slurry=HELD_OUT)
+
+
 rule compare_sizes:
     """Compare volume errors and barostat clocks of slurries of several sizes."""
     input:
         **code("studies/compare_sizes"),
-        frames=expand(rules.extract_frames.output.frames, slurry=TRAINING + HELD_OUT),
+        frames=lambda wildcards: expand(rules.extract_frames.output.frames, slurry=required("train") + HELD_OUT),
         runs=expand(rules.run_slurry.output.run, slurry=COMPLETE),
         thermo=expand(rules.run_slurry.output.thermo, slurry=COMPLETE),
-        predicted=expand(rules.predict_slurry.output.predicted, surrogate=TRACKED, slurry=HELD_OUT),
-        relaxed=expand(RELAXED, surrogate=TRACKED, slurry=HELD_OUT),
+        predicted=lambda wildcards: sized(rules.predict_slurry.output.predicted),
+        relaxed=lambda wildcards: sized(RELAXED),
         equilibrium=rules.measure_equilibrium.output.table,
     output:
         table=reported("tables/size_errors.csv", "size_errors", "Size", table="volume errors"),

@@ -53,8 +53,20 @@ def find_contacts(
     reach_um = (1 + SEARCH_MARGIN) * widest_um
     if reach_um > MAX_SHARE_OF_EDGE * shortest_um:
         raise InputError(f"box edge {shortest_um:g} um: too short for contacts of particles {widest_um:g} um wide")
-    first, second = candidate_pairs(position_um, lower_um, edges_um, widest_um)
-    first, second = first[first < second], second[first < second]
+    # Each sphere is searched beside those of its own size class and smaller ones alone: as far as large spheres reach,
+    # small ones have thousands of neighbours.
+    size_class = np.floor(np.log2(radius_um / np.min(radius_um))).astype(int)
+    pairs = []
+    for each in np.unique(size_class):
+        known = np.flatnonzero(size_class <= each)
+        of_class = size_class[known] == each
+        reach_um = 2 * float(radius_um[known].max())
+        one, other = candidate_pairs(position_um[known], lower_um, edges_um, reach_um, np.flatnonzero(of_class))
+        once = ~of_class[other] | (one < other)
+        pairs.append(known[np.sort([one[once], other[once]], axis=0)])
+    first, second = np.concatenate(pairs, axis=1)
+    order = np.lexsort((second, first))
+    first, second = first[order], second[order]
     distance_um = np.linalg.norm(minimum_image(position_um[second] - position_um[first], edges_um), axis=1)
     touching = distance_um < radius_um[first] + radius_um[second]
     return Contacts(first[touching], second[touching], distance_um[touching])

@@ -26,6 +26,7 @@ CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] = {
     dem_checks.recipe_names: "slurries formulations",
     dem_checks.steps: "dem.steps dem.frames dem.thermo_every_steps dem.segment_frames",
     dem_checks.frames: "dem.frames learning.input_frames learning.target_frame",
+    surrogate_checks.validation_share: "slurries formulation formulations learning",
     surrogate_checks.roles: "slurries surrogate.models surrogate.names surrogate.packing_fraction",
     surrogate_checks.labels: (
         "surrogate.names evaluation.surrogates report.pictures learning.input_frames learning.target_frame"
@@ -76,6 +77,7 @@ RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] =
         "dem.barostat dem.pressure_damping_us dem.timestep_us dem.steps dem.temperature_k dem.pressure_kpa "
         "formulation.phases formulation.initial_packing_fraction"
     ),
+    dem_checks.thermostat: "dem.temperature_damping_us dem.timestep_us",
     surrogate_checks.neighbours_cutoff: (
         "surrogate.names evaluation.surrogates surrogate.neighbours formulation.phases formulation.unit_mass_pg "
         "formulation.expected_density_g_cm3"
@@ -85,6 +87,10 @@ RECIPE_CHECKS: dict[Callable[[Mapping, Sequence[Slurry]], Iterator[str]], str] =
         "dem.max_rayleigh_share dem.max_hertz_share"
     ),
     dem_checks.rdf_range: "formulation.phases analysis.rdf_cutoff_um",
+    dem_checks.rdf_bins: (
+        "formulation.phases formulation.unit_mass_pg formulation.expected_density_g_cm3 analysis.rdf_cutoff_um "
+        "analysis.rdf_bins"
+    ),
     dem_checks.rdf_particles: "formulation.phases formulation.unit_mass_pg analysis.rdf_pair",
 }
 
@@ -127,7 +133,7 @@ def _problems(config: Mapping) -> tuple[list[Slurry], list[str]]:
         of_it = [slurry for slurry in slurries if slurry.formulation == name]
         wrong = [line for check, keys in RECIPE_CHECKS.items() if usable(keys) for line in check(recipe, of_it)]
         lines += [f"formulations.{name}: {line}" if name else line for line in wrong if line not in of_default]
-        of_default = of_default or wrong
+        of_default = of_default if name else wrong
     if usable("run formulation formulations slurries force_field drying dem evaluation convergence"):
         slurries_known = [slurry for slurry in slurries if slurry.formulation in ("", *names)]
         runs = [*slurries_known, *replicas(config, slurries_known), *timestep_runs(config, slurries_known)]

@@ -9,6 +9,7 @@ import shlex
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 
+from slurrycast.analysis.rdf import MAX_SHARE_OF_EDGE
 from slurrycast.config.derived_runs import dried_replicas, evaluated_replicas, timestep_runs
 from slurrycast.config.formulations import all_phases, expected_density_g_cm3, of_recipe, of_slurry
 from slurrycast.config.schema_errors import down, shown, up
@@ -17,6 +18,8 @@ from slurrycast.dem import forcefield, neighbour_lists, recipe
 
 # Rows of the thermo table: three of them are in the last tenth, over which the drift of the density is fitted.
 LEAST_THERMO_ROWS = 20
+LEAST_RDF_BINS = 10  # below the longest distance that a box allows
+LEAST_DAMPING_STEPS = 10  # of the thermostat, which would be no thermostat with fewer
 # Steps in which the box collapses while no particle resists: with fewer the DEM ends in NaN or lost particles, or, with
 # Berendsen's barostat, the box swings. NPT gives way as soon as particles do.
 LEAST_COLLAPSE_STEPS = {"npt": 80, "berendsen": 500}
@@ -242,6 +245,16 @@ def barostat(config: Mapping, _) -> Iterator[str]:
         )
 
 
+def thermostat(config: Mapping, _) -> Iterator[str]:
+    """The thermostat has several time steps to act in."""
+    damping_us, least_us = config["dem"]["temperature_damping_us"], LEAST_DAMPING_STEPS * config["dem"]["timestep_us"]
+    if damping_us < least_us:
+        yield (
+            f"dem.temperature_damping_us = {shown(damping_us)}: must be at least {up(least_us)}, {LEAST_DAMPING_STEPS} "
+            "time steps"
+        )
+
+
 def steps(config: Mapping, _) -> Iterator[str]:
     """Frames, thermo rows and segments fall on whole steps."""
     dem = config["dem"]
@@ -328,6 +341,20 @@ def rdf_range(config: Mapping, _) -> Iterator[str]:
     if cutoff_um < 2 * largest_um:
         least_um = up(2 * largest_um)
         yield f"analysis.rdf_cutoff_um = {shown(cutoff_um)}: must be at least {least_um}, twice the largest diameter"
+
+
+def rdf_bins(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Enough bins of the RDF fit into each box that is predicted to tell a curve."""
+    analysis = config["analysis"]
+    width_um = analysis["rdf_cutoff_um"] / analysis["rdf_bins"]
+    edges = shortest_edges(config, [slurry for slurry in slurries if slurry.role != "train"])
+    edge_um, slurry_id = min(edges, default=(math.inf, ""))
+    if MAX_SHARE_OF_EDGE * edge_um < LEAST_RDF_BINS * width_um:
+        most_um = down(MAX_SHARE_OF_EDGE * edge_um / LEAST_RDF_BINS)
+        yield (
+            f"analysis.rdf_cutoff_um / analysis.rdf_bins = {width_um:.4g} um: must be at most {most_um}, for "
+            f"{LEAST_RDF_BINS} bins in slurry {slurry_id}"
+        )
 
 
 def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from slurrycast.config.schema_errors import ROOT, schema, schema_errors, shown
+from slurrycast.runtime.files import PASSED_OVER
 
 
 @dataclasses.dataclass(frozen=True)
@@ -108,6 +109,8 @@ def read_slurry_table(path: str | Path) -> tuple[list[Slurry], list[str]]:
             first = seen.setdefault((column, row[column]), number)
             if first != number:
                 wrong.append(f"{place}: {column} = {shown(row[column])}: must differ from line {first}")
+        if not wrong and PASSED_OVER.fullmatch(row["id"]):
+            wrong.append(f"{place}: id = {shown(row['id'])}: must not be logs, begin with work or end with _work")
         lines += wrong
         if not wrong:
             slurries.append(Slurry(**row))

@@ -7,8 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from slurrycast import surrogates
-from slurrycast.config.dem_checks import increasing, mean_diameter_um, shortest_edges
+from slurrycast.config.dem_checks import (
+    increasing,
+    mean_diameter_um,
+    phase_counts,
+    shortest_edges,
+    whole_particles,
+)
 from slurrycast.config.derived_runs import replicas, timestep_runs
+from slurrycast.config.formulations import of_slurry
 from slurrycast.config.label_settings import adopted_models, training_needed, without_training
 from slurrycast.config.schema_errors import down, shown
 from slurrycast.config.slurry_table import Slurry
@@ -107,6 +114,24 @@ def neighbours_cutoff(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[s
             f"surrogate.neighbours.cutoff_diameters = {shown(cutoff)}: must be at most {down(half)}, half the shortest "
             f"edge that slurry {slurry_id} ends with, in mean diameters of its particles"
         )
+
+
+def validation_share(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
+    """Particles are left on either side where samples are split."""
+    share, roles = config["learning"]["validation_share"], ["train"]
+    if config["learning"]["held_out_curves"]:
+        roles += ["validation", "test"]
+    for role in roles:
+        of_role = [slurry for slurry in slurries if slurry.role == role]
+        known = [slurry for slurry in of_role if slurry.formulation in ("", *config["formulations"])]
+        if any(line for slurry in known for line in whole_particles(of_slurry(config, slurry), [slurry])):
+            return
+        n = sum(sum(phase_counts(config, slurry).values()) for slurry in known)
+        if n and not 0 < round(share * n) < n:
+            yield (
+                f"learning.validation_share = {shown(share)}: must leave at least one of the {n} particles of role "
+                f"{role} on either side"
+            )
 
 
 def early_dem(config: Mapping, _) -> Iterator[str]:

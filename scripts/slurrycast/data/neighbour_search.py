@@ -31,7 +31,11 @@ def freud_box(
 
 
 def candidate_pairs(
-    position_um: np.ndarray, lower_um: np.ndarray, edges_um: np.ndarray, reach_um: float
+    position_um: np.ndarray,
+    lower_um: np.ndarray,
+    edges_um: np.ndarray,
+    reach_um: float,
+    receivers: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Indices of all pairs within a reach and some that are slightly farther, for the caller to decide in float64.
 
@@ -43,11 +47,14 @@ def candidate_pairs(
         Lower corner (3,) and edges (3,) of the box.
     reach_um
         Largest distance. The caller checks that it is at most half the shortest edge, where freud ends its search.
+    receivers
+        Indices (k,) of the particles whose pairs are searched; all if not given.
 
     Returns
     -------
     tuple
-        First and second particle of each pair, (m,) each. Every pair is there in both orders, no particle with itself.
+        First and second particle of each pair, (m,) each, the first one of the receivers. No particle is there with
+        itself, and every pair of two receivers in both orders.
     """
     box, points = freud_box(position_um, lower_um, edges_um)
     import freud
@@ -55,8 +62,14 @@ def candidate_pairs(
     below_half = np.nextafter(np.float32(np.min(edges_um)) / np.float32(2), np.float32(0))
     r_max = min((1 + SEARCH_MARGIN) * reach_um, float(below_half))
     with freud.parallel.NumThreads(1):
-        query = freud.locality.AABBQuery(box, points).query(points, {"r_max": r_max, "exclude_ii": True})
+        if receivers is None:
+            query = freud.locality.AABBQuery(box, points).query(points, {"r_max": r_max, "exclude_ii": True})
+        else:
+            query = freud.locality.AABBQuery(box, points).query(points[receivers], {"r_max": r_max})
         first, second = np.asarray(query.toNeighborList()[:], dtype=np.intp).T
+    if receivers is not None:
+        first = receivers[first]
+        first, second = first[first != second], second[first != second]
     return first, second
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     import h5py
 
 CHECKSUMS = ".checksums"  # folder beside the files, with one file for each, as `sha256sum -c` reads it
+# Names of folders with files that no other job reads: logs, checksums and work folders.
+PASSED_OVER = re.compile(rf"logs|{re.escape(CHECKSUMS)}|work.*|.*_work")
 VERSIONS_VARIABLE = "SLURRYCAST_VERSIONS"  # of the environment: name of the versions with which outputs are made
 
 
@@ -146,10 +148,10 @@ def damaged_files(folder: str | Path) -> Iterator[str]:
 
     And one line for all whose checksum is missing. Logs and work folders are left out.
     """
-    without, aside = [], re.compile(rf"logs|{re.escape(CHECKSUMS)}|work.*|.*_work")
+    without = []
     for path in sorted(Path(folder).rglob("*")):
         folders = path.relative_to(folder).parts[:-1]
-        if any(map(aside.fullmatch, folders)) or path.name.startswith(".") or not path.is_file():
+        if any(map(PASSED_OVER.fullmatch, folders)) or path.name.startswith(".") or not path.is_file():
             continue
         try:
             check_unchanged(path)

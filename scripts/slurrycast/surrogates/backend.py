@@ -11,29 +11,34 @@ if TYPE_CHECKING:
     import keras
 
 
-def start_keras() -> None:
-    """Import Keras without TensorFlow's greeting, which its C++ part writes to stderr whatever the log level."""
+def start_keras(threads: int = 1) -> None:
+    """Import Keras, with a number of threads unless it is there already.
+
+    Without TensorFlow's greeting, which its C++ part writes to stderr whatever the log level.
+    """
     stderr = os.dup(2)
     try:
         with Path(os.devnull).open("wb") as nowhere, without_matplotlib():
             os.dup2(nowhere.fileno(), 2)
             import keras  # noqa: F401
+            import tensorflow as tf
     finally:
         os.dup2(stderr, 2)
         os.close(stderr)
+    if not tf.config.threading.get_intra_op_parallelism_threads():
+        try:
+            tf.config.threading.set_intra_op_parallelism_threads(threads)
+            tf.config.threading.set_inter_op_parallelism_threads(threads)
+        except RuntimeError:
+            print("TensorFlow is running already: its number of threads stays as it is", flush=True)
 
 
 def make_deterministic(seed: int, threads: int) -> None:
     """Start TensorFlow with a number of threads, and draw everything in it from this seed."""
-    start_keras()
+    start_keras(threads)
     import keras
     import tensorflow as tf
 
-    try:
-        tf.config.threading.set_intra_op_parallelism_threads(threads)
-        tf.config.threading.set_inter_op_parallelism_threads(threads)
-    except RuntimeError:
-        print("TensorFlow is running already: its number of threads stays as it is", flush=True)
     tf.config.experimental.enable_op_determinism()
     keras.utils.set_random_seed(seed)
 
