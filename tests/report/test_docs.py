@@ -140,6 +140,12 @@ def test_conclusions_at_the_published_size():
     assert relaxed("published").density_error.max() < 0.005
     trained = published_tables.published_training().set_index("surrogate")["training error (µm²)"].astype(float)
     assert trained["`linear`"] < trained["`vgg16`"]
+    history = pd.read_csv(REFERENCE / "published" / "models" / "vgg16" / "history.csv").set_index("epoch")
+    assert (len(history), history.val_loss.idxmin()) == (100, 46)
+    assert round(1 - history.val_loss[46] / history.val_loss[38], 2) == 0.07
+    assert history.loss[90:].mean() > 0.99 * history.loss[46]
+    linear = json.loads((REFERENCE / "published" / "models" / "linear" / "model.json").read_text())
+    assert 1.2 < history.val_loss[46] / linear["validation_mse_um2"] < 1.3
     skill, cost = by_slurry("published", "skill", "skill"), by_slurry("published", "front", "cost_share_of_full_dem")
     assert skill.linear.max() < skill.driven_dem.min() and skill.driven_dem.max() < skill.affine_f24.min()
     assert cost.driven_dem.mean() < cost.vgg16.mean() < cost.affine_f24.mean()
@@ -148,8 +154,13 @@ def test_conclusions_at_the_published_size():
     loose = ["direct", "persistence"]
     dense = judged[judged.measure == "density_g_cm3"].set_index("surrogate").mean_in_sd
     assert (dense.drop(loose) > 2).all() and dense[loose].abs().max() < 1
-    smaller = read_result("reduced", "verdicts").query("measure == 'density_g_cm3'").set_index("surrogate").mean_in_sd
-    assert smaller[loose].abs().max() < 1 < 2 < smaller.direct_box
+    verdict = judged.pivot(index="surrogate", columns="measure", values="verdict") == "differs"
+    assert verdict.share_below_4_contacts.all() and 4 < verdict.coordination_all.sum() < 8
+    assert (verdict.density_g_cm3.drop(loose).sum(), len(dense.drop(loose))) == (4, 6)
+    errors = read_result("reduced", "structure_errors").query("stage == 'relaxed' and quantity == 'density_g_cm3'")
+    smaller = errors.pivot(index="slurry", columns="surrogate", values="value").loc[slurries("reduced", "test")]
+    denser = smaller.direct_box / smaller.direct - 1
+    assert (denser > 0).all() and round(100 * denser.mean(), 2) == 0.25
     direct = published_tables.published_differences().set_index("surrogate").loc["`direct`"]
     assert direct["density"] == "+0.05%" and direct["contacts"] == "-0.49% *"
     counts = judged[judged.verdict == "differs"].groupby("surrogate").size()
