@@ -140,6 +140,14 @@ def required(role, reason=""):
     return slurries
 
 
+def sized(path):
+    """Outputs `path` of the surrogates that have a box of their own; an error if there are none, or no test slurries."""
+    required("test")
+    if not TRACKED:
+        raise WorkflowError("surrogate.names: must hold one that takes frames for this target, such as affine")
+    return expand(path, surrogate=TRACKED, slurry=HELD_OUT)
+
+
 def project_file(path):
     """Path of a file of the project from the working directory, which `--directory` or `-s` may set elsewhere."""
     return os.path.relpath(Path(workflow.basedir, path).resolve())

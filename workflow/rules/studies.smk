@@ -86,14 +86,6 @@ rule plot_timesteps:
         " 2>&1 | tee {log:q}"
 
 
-def sized(path):
-    """Outputs `path` of the surrogates that have a box of their own; an error if there are none, or no test slurries."""
-    required("test")
-    if not TRACKED:
-        raise WorkflowError("surrogate.names: must hold one that takes frames for this target, such as affine")
-    return expand(path, surrogate=TRACKED, slurry=HELD_OUT)
-
-
 rule compare_sizes:
     """Compare volume errors and barostat clocks of slurries of several sizes."""
     input:
