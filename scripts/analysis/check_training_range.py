@@ -17,7 +17,7 @@ each phase and a particle of each of its size classes, would be inside. A model 
 
 from dataclasses import asdict
 
-from slurrycast.analysis.slurry_states import read_state
+from slurrycast.analysis.slurry_states import has_frame, read_state
 from slurrycast.analysis.training_range import THIS_RUN, Range, compare_with_training, training_range
 from slurrycast.data.tables import write_table
 from slurrycast.runtime.command_line import Namespace, Parser, named_file, run_main
@@ -77,6 +77,9 @@ def main(args: Namespace) -> None:
         ranges, rows = known_ranges(args), []
         for path, role in zip(args.predicted, args.roles, strict=True):
             for model, (last_frame, training) in ranges.items():
+                # a DEM of role new ends with the frames that the main job needs; models of later ones predict none
+                if role == "new" and last_frame > args.last_input_frame and not has_frame(path, last_frame):
+                    continue
                 predicted = read_state(path, last_frame)
                 compared = compare_with_training(predicted.state, training)
                 outside = [name for name, values in compared.items() if values.outside]

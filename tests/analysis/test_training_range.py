@@ -330,8 +330,12 @@ def test_a_model_carries_its_range_to_another_run(frames_of, outputs, tmp_path):
     later = {"predicted": denser, "roles": "test", "last_input_frame": 18}
     rows = written("check_training_range", models=f"vgg16={described}", **asked | later).set_index("quantity")
     assert rows.value["longest_edge_um"] == 6.0
-    described.write_text("{}")
+    described.write_text(json.dumps(known | {"input_frames": [17, 18]}))
     described.with_name(".checksums").joinpath("trained_on.json.sha256").unlink()
+    models = {"models": f"vgg16={described}", **asked}
+    assert written("check_training_range", **models | {"roles": "new"}).empty
+    assert "frame 18 is not in the file" in run_script("check_training_range", **models).stderr
+    described.write_text("{}")
     assert written("check_training_range", models=f"vgg16={described}", **asked).empty
     assert "vgg16: the model does not say what it was trained on" in (
         run_script("check_training_range", models=f"vgg16={described}", **asked).stdout

@@ -23,6 +23,12 @@ class SlurryState:
     earlier_g_cm3: Sequence[float]
 
 
+def has_frame(path: str | Path, frame: int) -> bool:
+    """Whether the frames of a slurry hold one of this number."""
+    with read_frames(path) as store:
+        return frame in store.frame_numbers
+
+
 def read_state(path: str | Path, frame: int, earlier: Sequence[int] = ()) -> SlurryState:
     """Read the state of a slurry at `frame`, and its densities at `earlier` frames. InputError as from the store."""
     with read_frames(path) as store:
