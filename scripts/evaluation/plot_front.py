@@ -61,7 +61,7 @@ PANELS = {
         "Density, after relaxation", "|density / DEM − 1| (%)", 100.0, f"band: {BAND_SDS} sd of replicas"
     ),
     "rdf_error": Panel(
-        "RDF of all pairs, after relaxation", "mean |g − g of the DEM|", 1.0, "band: between two replicas"
+        "RDF of all particles, after relaxation", "mean |g − g of the DEM|", 1.0, "band: between two replicas"
     ),
 }
 FULL = "full DEM (no error: below the axis)"
@@ -142,7 +142,7 @@ def draw_panel(
     axes.set_xlim(0.8 * min(cost.min(), 100 * equilibrium if equilibrium > 0 else np.inf), 1.3 * max(cost.max(), 100.0))
     axes.axvline(100, color=DEM, linestyle="--", linewidth=1.2)
     if equilibrium > 0:
-        axes.axvline(100 * equilibrium, color=DEM, linestyle=":", linewidth=1.4, label="DEM to its own equilibrium")
+        axes.axvline(100 * equilibrium, color=DEM, linestyle="-.", linewidth=1.4, label="DEM to its own equilibrium")
     # no error has no place on a logarithmic axis
     axes.plot(100, 0, "*", color=DEM, ms=13, zorder=4, label=FULL, **at_edge)
     if band > 0:

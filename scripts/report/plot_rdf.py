@@ -56,8 +56,8 @@ def draw_rdf(
             axes.plot(target.r_um, target.g_dem, **DEM_STYLE)
             lines = [("not in its recipe" if of_pair.empty else f"r < {target.r_um.max():.1f} µm", INK)]
             known = [name for name in surrogates if (name, slurry, pair) in differences]
-            lines += [("mean |Δg|", INK)] if known else []
-            lines += [(f"{differences[name, slurry, pair]:.3f}", colours[name]) for name in known]
+            lines += [("mean |Δg| × 10³", INK)] if known else []
+            lines += [(f"{1000 * differences[name, slurry, pair]:.1f}", colours[name]) for name in known]
             for name in surrogates:
                 curve = of_pair[of_pair.surrogate == name]
                 axes.plot(curve.r_um, curve.g_relaxed, color=colours[name], lw=1.1)

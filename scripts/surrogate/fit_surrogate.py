@@ -1,7 +1,7 @@
 """Fit one surrogate whose parameters follow from the training set in closed form.
 
 In: the training set (HDF5; lengths in um) and the surrogate's settings (JSON).
-Out: the model (JSON) with its mean squared errors on the training and validation samples (um2).
+Out: the model (JSON) with its errors on the training and validation samples, and those of the affine map.
 """
 
 import json

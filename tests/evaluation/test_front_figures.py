@@ -116,7 +116,7 @@ def test_front_marks_those_that_are_on_it(front):
     assert [axes.get_title() for axes in (mse, density, rdf)] == [
         "Coordinates, before relaxation (numbers: last input frame)",
         "Density, after relaxation (band: 2 sd of replicas)",
-        "RDF of all pairs, after relaxation (band: between two replicas)",
+        "RDF of all particles, after relaxation (band: between two replicas)",
     ]
     band = next(patch for patch in density.patches if patch.get_label() == "noise of the DEM: order not resolved")
     assert band.get_extents().transformed(density.transData.inverted()).y1 == pytest.approx(0.6)

@@ -1,5 +1,6 @@
 """Figures from small synthetic inputs: they exist, they are not blank, and what they show is computed right."""
 
+import json
 import os
 import re
 import signal
@@ -190,6 +191,34 @@ def test_learning_curves_without_validation_slurries(tmp_path, history):
     check_saved(figure, tmp_path / "curves.png")
 
 
+@pytest.mark.parametrize("fit", ["linear", "linear_box"])
+def test_learning_curves_beside_a_fit_to_the_same_particles(tmp_path, history, fit):
+    model = {
+        f"{prefix}{part}_{measure}": value
+        for prefix, value in (("", 0.1), ("affine_", 0.2))
+        for part in ("training", "validation")
+        for measure in ("mse_um2", "mae_um")
+    }
+    reached = plot_learning_curves.reached_on_particles(model, fit)
+    assert reached["where"].tolist() == ["training", "validation"] * 2
+    figure = plot_learning_curves.draw_learning_curves(history, reached)
+    for axes in figure.axes:
+        lines = [(line.get_ydata()[0], line.get_linestyle()) for line in axes.lines if len(set(line.get_ydata())) == 1]
+        assert lines.count((0.2, "--")) == lines.count((0.1, ":")) == 2
+    (tmp_path / fit).mkdir()
+    (tmp_path / fit / "model.json").write_text(json.dumps(model))
+    history.to_csv(tmp_path / "history.csv")
+    draw(plot_learning_curves, tmp_path / "a.png", history=tmp_path / "history.csv", fit=tmp_path / fit / "model.json")
+
+
+def test_the_start_of_a_long_training_does_not_hide_its_end():
+    loss = np.full(50, 0.1)
+    loss[:3], loss[20] = 5, 0.3
+    history = pd.DataFrame({"epoch": np.arange(50) + 1, "loss": loss, "mae": loss, "val_loss": loss, "val_mae": loss})
+    for axes in plot_learning_curves.draw_learning_curves(history).axes:
+        assert 0.3 < axes.get_ylim()[1] < 0.4
+
+
 def test_learning_curves_with_held_out_slurries_beside_fits(tmp_path, history):
     history = history.assign(test_slurries_loss=[4, np.nan, 2], test_slurries_mae=[3, np.nan, 1])
     rows = [
@@ -199,14 +228,14 @@ def test_learning_curves_with_held_out_slurries_beside_fits(tmp_path, history):
         for axis in ("x", "all")
     ]
     errors = pd.DataFrame(rows, columns=["surrogate", "slurry", "axis", "mse_um2", "mae_um"])
-    reached = plot_learning_curves.reached_by_fits(errors, ["1", "2"])
-    assert list(reached.index) == ["affine", "linear"]
-    np.testing.assert_allclose(reached, [[0.15, 0.3]] * 2)
+    reached = plot_learning_curves.reached_on_slurries(errors, ["1", "2"])
+    assert reached.surrogate.tolist() == ["affine", "linear"]
+    np.testing.assert_allclose(reached[["mse_um2", "mae_um"]], [[0.15, 0.3]] * 2)
     figure = plot_learning_curves.draw_learning_curves(history, reached)
     for axes, shown in zip(figure.axes, ([[1, 4], [3, 2]], [[1, 3], [3, 1]]), strict=True):
         lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
         assert lines["test slurries"] == shown
-        assert {"training", "validation", "affine, test slurries", "linear, test slurries"} <= lines.keys()
+        assert {"training", "validation", "affine, in the same colours", "linear, in the same colours"} <= lines.keys()
     check_saved(figure, tmp_path / "curves.png")
 
 
@@ -282,8 +311,8 @@ def test_rdf_of_slurries_with_and_without_target(tmp_path):
     panel = figure.axes[0]
     colours = surrogate_colours(surrogates)
     shown = {text.get_text(): text.get_color() for text in panel.texts}
-    assert shown["0.012"] == colours["net"]
-    assert shown["0.079"] == colours["affine"]
+    assert shown["12.3"] == colours["net"]
+    assert shown["78.9"] == colours["affine"]
     peaks = {line.get_color(): np.max(line.get_ydata()) for line in panel.lines}
     assert peaks[colours["net"]] > peaks[colours["affine"]]
     assert [axes.get_title() for axes in figure.axes][:2] == ["Slurry 1", "Slurry N1"]

@@ -36,6 +36,10 @@ def test_exact_coefficients_are_recovered(data, tmp_path):
     model = Linear().fit(data, {"seed": 1}, tmp_path / "model.json")
     np.testing.assert_allclose(model["coefficients"], COEFFICIENTS, atol=1e-12)
     assert max(model["training_mse_um2"], model["validation_mse_um2"]) < 1e-20
+    off_um = data.features[:, -1, 2:5] - data.targets  # the box does not change
+    for part, samples in (("training", ~data.is_validation), ("validation", data.is_validation)):
+        assert model[f"affine_{part}_mse_um2"] == pytest.approx(np.mean(off_um[samples] ** 2))
+        assert model[f"affine_{part}_mae_um"] == pytest.approx(np.mean(np.abs(off_um[samples])))
     other = np.random.default_rng(3).normal(0, 30, (9, 4, 3))
     predicted = Linear().predict(prediction_input(other), tmp_path / "model.json", {})
     np.testing.assert_allclose(predicted.position_um, np.einsum("nfa,f->na", other, COEFFICIENTS), atol=1e-9)

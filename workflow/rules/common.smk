@@ -287,9 +287,19 @@ def learns_from_frames(wildcards):
     return KINDS[wildcards.surrogate].learns_from == "frames"
 
 
+def learns_from_samples(wildcards):
+    """Whether a network is trained here, on the samples of the training set."""
+    return wildcards.surrogate in TRAINED and not learns_from_frames(wildcards)
+
+
 def shows_held_out(wildcards):
     """Whether the learning curves of a network hold errors of held-out slurries."""
-    return bool(HELD_OUT_SETS) and wildcards.surrogate in TRAINED and not learns_from_frames(wildcards)
+    return bool(HELD_OUT_SETS) and learns_from_samples(wildcards)
+
+
+def fit_to_the_same_samples(wildcards):
+    """Model of the first fit of the main job, with errors on the samples that a network is trained on; else nothing."""
+    return f"{RESULTS}/models/{FITTED[0]}/model.json" if FITTED and learns_from_samples(wildcards) else []
 
 
 def first_frame_seen():

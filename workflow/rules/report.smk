@@ -108,6 +108,7 @@ rule plot_learning_curves:
     input:
         **code("report/plot_learning_curves"),
         history=f"{RESULTS}/models/{{surrogate}}/history.csv",
+        fit=fit_to_the_same_samples,
         errors=lambda wildcards: rules.compare_coordinates.output.table if shows_held_out(wildcards) else [],
     output:
         figure=reported(
@@ -123,13 +124,14 @@ rule plot_learning_curves:
     conda:
         "../../envs/analysis.yaml"
     params:
+        fit=lambda wildcards, input: ["--fit", input.fit] if input.fit else [],
         held_out=lambda wildcards, input: (
             ["--coordinate-errors", input.errors, "--test", *with_role("test")] if input.errors else []
         ),
         learns_from=lambda wildcards: KINDS[wildcards.surrogate].learns_from,  # for the caption, as the next one
         weights_of=lambda wildcards: KINDS[wildcards.surrogate].weights_epoch,
     shell:
-        "python {input.script:q} --history {input.history:q} {params.held_out:q} --figure {output.figure:q}"
+        "python {input.script:q} --history {input.history:q} {params.fit:q} {params.held_out:q} --figure {output.figure:q}"
         " 2>&1 | tee {log:q}"
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from slurrycast.data.features import FEATURE_NAMES, particle_history
+from slurrycast.data.features import COORDINATES, FEATURE_NAMES, particle_history
 from slurrycast.data.frames import read_frames
 from slurrycast.runtime.files import InputError, check_unchanged, hdf5_moved_into_place
 
@@ -46,6 +46,11 @@ class TrainingSet:
 
     def __len__(self) -> int:
         return len(self.features)
+
+    def affine_um(self) -> np.ndarray:
+        """Places (n, 3) in um at the last input frame, scaled into the box of the slurry at the target frame."""
+        scale = self.target_edges_um / self.input_edges_um[:, -1]
+        return self.features[:, -1, COORDINATES] * scale[self.slurry_index]
 
 
 def split(n: int, share: float, seed: int) -> np.ndarray:

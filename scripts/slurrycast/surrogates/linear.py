@@ -37,18 +37,18 @@ def fit_coefficients(
 
     Returns
     -------
-    Content of the model: input frames, coefficients, and mean squared errors in um2 on both kinds of samples.
+    Content of the model: input frames, coefficients, and errors on both kinds of samples, mean squared ones in um2 and
+    mean absolute ones in um. For comparison it has those of the affine map too, in the true final box of each slurry.
     """
     held = training_set.is_validation
     trained_um = terms_um[~held].reshape(-1, terms_um.shape[2])
     coefficients, *_ = np.linalg.lstsq(trained_um, targets_um[~held].ravel())
-    squares_um2 = (terms_um @ coefficients - targets_um) ** 2
-    model = {
-        "input_frames": training_set.input_frames,
-        "coefficients": coefficients.tolist(),
-        "training_mse_um2": float(squares_um2[~held].mean()),
-        "validation_mse_um2": float(squares_um2[held].mean()),
-    }
+    model = {"input_frames": training_set.input_frames, "coefficients": coefficients.tolist()}
+    off_um = {"": terms_um @ coefficients - targets_um, "affine_": training_set.affine_um() - training_set.targets}
+    for name, values_um in off_um.items():
+        for part, samples in (("training", ~held), ("validation", held)):
+            model[f"{name}{part}_mse_um2"] = float((values_um[samples] ** 2).mean())
+            model[f"{name}{part}_mae_um"] = float(abs(values_um[samples]).mean())
     write_text(model_path, json.dumps(model, indent=1) + "\n")
     return model
 

@@ -42,7 +42,7 @@ class LinearBox(Surrogate):
         # Validation samples have means of their own, so that the fit does not depend on them.
         groups = 2 * slurry + training_set.is_validation
         steps_um = less_means(last_step_um(scaled, final_edges_um), groups)
-        displacements_um = less_means(training_set.targets - scaled[:, -1] * final_edges_um, groups)
+        displacements_um = less_means(training_set.targets - training_set.affine_um(), groups)
         return fit_coefficients(training_set, steps_um, displacements_um, model_path)
 
     def predict(self, inputs: PredictionInput, model_path: str | Path, settings: Mapping) -> Prediction:
