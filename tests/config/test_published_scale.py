@@ -29,6 +29,22 @@ def test_the_rdf_of_each_slurry_reaches_as_far_as_in_the_article(scale):
         assert (len(reached_um) - 1, reached_um[-1]) == (120, pytest.approx(7.0)), slurry
 
 
+def test_both_configurations_differ_in_what_goes_with_the_time_step_alone():
+    quick, slow = shipped("published"), shipped("published_dt1e-4")
+    of_the_step = {
+        "run": {"name"},
+        "dem": {"timestep_us", "steps", "thermo_every_steps", "barostat", "pressure_damping_us", "max_rayleigh_share"},
+        "relaxation": {"steps", "pressure_damping_steps"},
+        "drying": {"steps_per_stage", "rest_steps", "timestep_factor"},
+        "convergence": {"timesteps_us"},
+    }
+    for key in (quick.keys() | slow.keys()) - {"surrogate"}:
+        if quick[key] != slow[key]:
+            assert {name for name in quick[key] if quick[key][name] != slow[key][name]} <= of_the_step[key], key
+    ours, theirs = quick["surrogate"], slow["surrogate"]
+    assert ours["names"] == theirs["names"] and ours["vgg16"]["batch_size"] == theirs["vgg16"]["batch_size"]
+
+
 @pytest.mark.parametrize("scale", ["published", "published_dt1e-4"])
 def test_jobs_ask_for_enough_time_and_memory(tmp_path, scale):
     """On cores less than half as fast, where a job has one; a training has several."""
