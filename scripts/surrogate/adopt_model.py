@@ -3,16 +3,37 @@
 The workflow has checked that it fits.
 
 In: a trained model (.keras), and history.csv and trained_on.json beside it if there are any.
-Out: the model, its learning curves (CSV with no rows where none are known), and what it was trained on (an empty JSON
-mapping where nothing is known).
+Out: the model, its learning curves (CSV; without rows if there are none, or they are another program's), and what it
+was trained on (an empty JSON mapping where nothing is known).
 """
 
 import shutil
+from pathlib import Path
 
+import pandas as pd
+from pandas.api.types import is_numeric_dtype
+
+from slurrycast.data.tables import write_table
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import moved_into_place, write_text
+from slurrycast.runtime.files import moved_into_place
 from slurrycast.surrogates.trained_on import beside, read_trained_on, write_trained_on
+
+COLUMNS = ["epoch", "loss", "mae", "val_loss", "val_mae"]
+
+
+def read_history(path: Path) -> pd.DataFrame:
+    """Learning curves of a model; without rows if the file is missing or is another program's."""
+    if not path.exists():
+        return pd.DataFrame(columns=COLUMNS)
+    try:
+        history = pd.read_csv(path)
+        if set(COLUMNS) <= set(history) and all(map(is_numeric_dtype, history.dtypes)):
+            return history
+    except ValueError:  # of pandas, and of text in another encoding
+        pass
+    print(f"{path}: not used: must be a table (CSV) of numbers with the columns {', '.join(COLUMNS)}")
+    return pd.DataFrame(columns=COLUMNS)
 
 
 def add_options(parser: Parser) -> None:
@@ -30,9 +51,7 @@ def main(args: Namespace) -> None:
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
         with moved_into_place(args.model) as part:
             shutil.copyfile(args.trained, part)
-        history = args.trained.with_name("history.csv")
-        rows = history.read_text() if history.exists() else "epoch,loss,mae,val_loss,val_mae\n"
-        write_text(args.history, rows)
+        write_table(args.history, read_history(args.trained.with_name("history.csv")))
         write_trained_on(args.trained_on, read_trained_on(beside(args.trained)) or {})
     print(f"{args.surrogate}: {args.trained} is used as it is")
 

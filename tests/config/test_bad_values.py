@@ -20,7 +20,10 @@ NAN, INF = float("nan"), float("inf")
 KNOWN = ", ".join(surrogates.NAMES)
 CONFIG = load("config")
 NAMES = ", ".join(CONFIG["surrogate"]["names"])
-RUN_NAME = "text of at most 100 letters, digits, '.', '_' and '-', other than '.', '..', 'README.md' and 'reference'"
+RUN_NAME = (
+    "text of at most 100 letters, digits, '.', '_' and '-', without '-' at its start, other than '.', '..', "
+    "'README.md' and 'reference'"
+)
 COMMAND = "text without control characters, not empty, no hyphen in front"
 ID = "text of at most 50 letters, digits and '_'"
 LABELS = "a list of labels of surrogates, each once"
@@ -43,7 +46,10 @@ TARGETS = "surrogate.neighbours.intermediate_targets"
 
 # key: what it must be, and values that are not
 OUT_OF_RANGE = {
-    "run.name": (RUN_NAME, ["..", "README.md", "reference", "Reference", "my run", "../demo", "demo\n", "", "größe"]),
+    "run.name": (
+        RUN_NAME,
+        ["..", "README.md", "reference", "Reference", "-demo", "my run", "../demo", "demo\n", "", "größe"],
+    ),
     "run.overwrite": ("true or false", ["yes", 1]),
     "slurries": (COMMAND, [""]),
     "formulation.unit_mass_pg": ("a number above 0 and at most 10000000000", [0, NAN, 1e11]),

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -110,8 +111,8 @@ SEVERAL = {"run": {"name": "größe"}, "slurries": "s.tsv", "dem": {"steps": 600
         (
             SEVERAL,
             [
-                "run.name = \"größe\": must be text of at most 100 letters, digits, '.', '_' and '-', other than '.', "
-                "'..', 'README.md' and 'reference'",
+                "run.name = \"größe\": must be text of at most 100 letters, digits, '.', '_' and '-', without '-' at "
+                "its start, other than '.', '..', 'README.md' and 'reference'",
                 "dem.temperature_k = NaN: must be a number at least 1 and at most 100000",
                 "s.tsv line 2: 4 cells: must be 5, separated by tabs",
                 's.tsv line 5: id = "A": must differ from line 4',
@@ -204,7 +205,22 @@ def test_a_phase_of_one_particle_has_no_rdf_with_itself(config):
     assert list(replicated_pairs(config, compared, compared)) == []
     assert list(replicated_pairs(config, compared[:1], compared[:1])) == []
     assert list(replicated_pairs(config, compared[:1], compared)) == [
-        'evaluation.replicated = ["2"]: 1 particle of BDPD each: must hold a slurry with at least 2, as slurry 6 has,'
+        'evaluation.replicated = ["2"]: no pair of particles BDPD-BDPD: must hold a slurry with one, as slurry 6 has,'
+    ]
+
+
+def test_each_pair_of_phases_of_a_compared_slurry_is_in_a_replicated_one(config):
+    phases = config["formulation"]["phases"]
+    for name in ("NiO", "8YSZ"):
+        config["formulations"][name] = {
+            "phases": {"BDPD": phases["BDPD"], name: phases[name] | {"mass_fraction": 0.87}}
+        }
+    slurries = {slurry.id: slurry for slurry in read_slurries("config/slurries.tsv")}
+    halves = [replace(slurries["2"], id=name, formulation=name) for name in ("NiO", "8YSZ")]
+    assert list(replicated_pairs(config, halves, halves)) == []
+    assert list(replicated_pairs(config, halves, [*halves, slurries["6"]])) == [
+        'evaluation.replicated = ["NiO", "8YSZ"]: no pair of particles NiO-8YSZ: must hold a slurry with one, as '
+        "slurry 6 has,"
     ]
 
 

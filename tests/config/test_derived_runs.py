@@ -44,6 +44,13 @@ def test_replicas_of_one_small_test_slurry_are_dried(config, slurries, replicate
     assert dried_replicas(config, [slurry for slurry in slurries if slurry.role != "test"]) == []
 
 
+def test_the_smallest_slurry_is_the_lightest(config):
+    config["formulations"] = {"big": {"unit_mass_pg": 9142.0}}
+    config["evaluation"]["replicated"] = []
+    two = [Slurry("A", "test", 2, 1.2, 1), Slurry("B", "test", 1, 1.2, 2, formulation="big")]
+    assert {run.id for run in dried_replicas(config, two)} <= {"A_r1", "A_r2", "A_r3", "A_r4", "A_r5", "A_r6"}
+
+
 def test_timestep_runs_end_at_the_same_time_with_the_same_frames(config, slurries):
     runs = timestep_runs(config, slurries)
     assert [run.id for run in runs[::3]] == ["V1_dt100ps_s1", "V1_dt500ps_s1", "V1_dt1000ps_s1", "V1_dt2000ps_s1"]

@@ -147,6 +147,10 @@ def test_each_bad_row_gets_one_line(config, row, line):
         ("id,NiO\na,1\n", 'own.csv line 1: "NiO": must be the columns id, inputs of mass_fraction_BDPD,'),
         (HEADER.replace(",", ";"), 'own.csv line 1: "id;confirm;mass_fraction_BDPD'),
         (
+            HEADER + "\n".join([*ROWS, f"logs{ROWS[0][1:]}"]),
+            f'own.csv line {len(ROWS) + 2}: id = "logs": must not be logs, begin with work or end with _work',
+        ),
+        (
             HEADER + "\n".join(ROWS[:2]),
             "own.csv: 2 recipes that no other row repeats: must be at least 4, two more than inputs that vary freely",
         ),

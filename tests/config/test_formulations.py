@@ -55,6 +55,13 @@ def test_a_recipe_holds_what_differs(config):
     assert all_phases(config) == ["BDPD", "NiO", "8YSZ", "GDC"]
 
 
+def test_phases_of_all_recipes_stand_in_one_order(config):
+    """A pair has the same name in each, whatever the order in the file."""
+    config["formulations"]["backwards"] = {"phases": dict(reversed(config["formulation"]["phases"].items()))}
+    orders = [list(of_recipe(wet_recipes(config), name)["formulation"]["phases"]) for name in ("", "backwards")]
+    assert orders[0] == orders[1] == ["BDPD", "NiO", "8YSZ"]
+
+
 def test_the_dem_of_a_slurry_is_that_of_its_recipe(config):
     assert configuration.check(config) == []
     of_row = {slurry.id: physics(config, slurry) for slurry in configuration.checked_slurries(config)}

@@ -62,6 +62,19 @@ def test_changed_physics_is_refused_in_one_line(run, path, value, difference):
     assert check(merged(changed, {"run": {"name": "other"}})) == []
 
 
+def test_segments_of_a_dem_that_was_cut_off_are_not_lost_to_a_changed_setting(run):
+    changed = merged(run, nested("dem.timestep_us", 0.001))
+    dem = Path("results/demo/dem/T1")
+    Path("results/demo/dem/T2/run.json").unlink()
+    (dem / "run.json").rename(dem / "inputs.json")
+    assert check(changed) == []  # nothing of it has been run
+    (dem / "work").mkdir()
+    (dem / "work/segment_1.json").write_text("{}")
+    (line,) = check(changed)
+    assert line.startswith("results/demo: the DEM of slurry T1 was run with dem.timestep_us = 0.002, the configuration")
+    assert check(run) == []
+
+
 def test_forces_of_a_pair(run):
     """Of a run of before there were any; and in which order phases and pairs stand says nothing."""
     slurry = read_slurries(TABLE)[0]

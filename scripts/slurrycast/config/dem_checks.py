@@ -372,13 +372,22 @@ def rdf_particles(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
 
 
 def replicated_pairs(config: Mapping, replicated: Sequence[Slurry], compared: Sequence[Slurry]) -> Iterator[str]:
-    """What is measured between particles of one phase in a compared slurry is so in one replicated slurry too."""
-    counts = [phase_counts(config, slurry) for slurry in replicated]
-    for phase in all_phases(config):
-        measured = [slurry.id for slurry in compared if phase_counts(config, slurry)[phase] > 1]
-        if measured and all(each[phase] <= 1 for each in counts):
-            most = max(each[phase] for each in counts)
-            yield (
-                f"evaluation.replicated = {shown([slurry.id for slurry in replicated])}: {most} particle of {phase} "
-                f"each: must hold a slurry with at least 2, as slurry {measured[0]} has,"
-            )
+    """What is measured between particles of two phases in a compared slurry is so in one replicated slurry too."""
+
+    def pairs(slurry: Slurry) -> dict[str, int]:
+        """Number of pairs of particles of each pair of phases, each pair of one phase twice."""
+        counts = phase_counts(config, slurry)
+        both = itertools.combinations_with_replacement(counts, 2)
+        return {f"{a}-{b}": counts[a] * (counts[b] - (a == b)) for a, b in both}
+
+    known = {pair for slurry in replicated for pair, number in pairs(slurry).items() if number}
+    missing: dict[str, str] = {}
+    for slurry in compared:
+        for pair, number in pairs(slurry).items():
+            if number and pair not in known:
+                missing.setdefault(pair, slurry.id)
+    for pair, slurry_id in missing.items():
+        yield (
+            f"evaluation.replicated = {shown([slurry.id for slurry in replicated])}: no pair of particles {pair}: must "
+            f"hold a slurry with one, as slurry {slurry_id} has,"
+        )

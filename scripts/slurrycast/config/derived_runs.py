@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Mapping, Sequence
 
+from slurrycast.config.formulations import of_slurry
 from slurrycast.config.slurry_table import Slurry
 from slurrycast.dem import neighbour_lists, recipe
 
@@ -29,7 +30,11 @@ def dried_replicas(config: Mapping, slurries: Sequence[Slurry]) -> list[Slurry]:
     replicated = [slurry for slurry in test if slurry.id in config["evaluation"]["replicated"]]
     if "dem" not in config["drying"]["sources"] or not test:
         return []
-    smallest = min(replicated or test, key=lambda slurry: slurry.mass_units)
+
+    def mass_pg(slurry: Slurry) -> float:
+        return slurry.mass_units * of_slurry(config, slurry)["formulation"]["unit_mass_pg"]
+
+    smallest = min(replicated or test, key=mass_pg)
     return _with_other_seeds(smallest, config["drying"]["replicas"])
 
 

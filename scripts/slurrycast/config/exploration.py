@@ -17,7 +17,7 @@ from slurrycast.config.schema_errors import schema, schema_errors, shown
 from slurrycast.config.slurry_table import Slurry, cell_value, read_cells, table_file
 from slurrycast.dem import recipe
 from slurrycast.explore.inputs import CONFIRMED, SHARE
-from slurrycast.runtime.files import InputError, check_unchanged
+from slurrycast.runtime.files import PASSED_OVER, InputError, check_unchanged
 
 ROLE = "explored"  # of its slurries, which are none of the slurry table
 DENSITY, SIZE = "density_g_cm3_", "size_factor_"
@@ -193,6 +193,8 @@ def _row_errors(
     name, confirm = row["id"], row.get("confirm", "")
     if not re.fullmatch(r"[A-Za-z0-9_]{1,50}", name):
         yield f"id = {shown(name)}: must be text of at most 50 letters, digits and '_'"
+    elif PASSED_OVER.fullmatch(name):
+        yield f"id = {shown(name)}: must not be logs, begin with work or end with _work"
     elif name in taken:
         yield f"id = {shown(name)}: must be another one, it stands {taken[name]} too"
     if confirm not in ("", CONFIRMED):

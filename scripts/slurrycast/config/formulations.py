@@ -48,7 +48,10 @@ def of_slurry(config: Mapping, slurry: Slurry) -> dict:
 
 
 def wet_recipes(config: Mapping) -> dict:
-    """The same configuration with the wet composition of every recipe, as `wet_composition` makes it of one."""
+    """The same configuration with the wet composition of every recipe, as `wet_composition` makes it of one.
+
+    The phases of each recipe are `in_common_order`.
+    """
     converted = {**wet_composition(config), "formulations": dict(config["formulations"])}
     for name, changes in config["formulations"].items():
         wet = wet_composition(of_recipe(config, name))
@@ -59,7 +62,17 @@ def wet_recipes(config: Mapping) -> dict:
             formulation = {"expected_density_g_cm3": wet["formulation"]["expected_density_g_cm3"]}
             formulation["phases"] = wet["formulation"]["phases"]
             converted["formulations"][name] = {**changes, **formulation, "drying": drying}
-    return converted
+    return in_common_order(converted)
+
+
+def in_common_order(config: Mapping) -> dict:
+    """The same configuration with the phases of each recipe in the order of `all_phases`, which names their pairs."""
+    order, recipes = all_phases(config), dict(config["formulations"])
+    for name, changes in recipes.items():
+        if "phases" in changes:
+            phases = {phase: changes["phases"][phase] for phase in order if phase in changes["phases"]}
+            recipes[name] = {**changes, "phases": phases}
+    return {**config, "formulations": recipes}
 
 
 def all_phases(config: Mapping) -> list[str]:

@@ -186,7 +186,11 @@ def tuning(config: Mapping, slurries: Sequence[Slurry]) -> Iterator[str]:
         yield f"transfer.counts = {shown(study['counts'])}: must be at most {len(study['slurries'])}, those slurries"
     labels = [*config["surrogate"]["names"], *config["evaluation"]["surrogates"]]
     for label in study["networks"]:
-        if label not in labels or not surrogates.parse(label).surrogate.is_trained:
+        try:
+            is_network = label in labels and surrogates.parse(label).surrogate.is_trained
+        except InputError:
+            continue  # reported by `labels`
+        if not is_network:
             yield f"transfer.networks: {shown(label)}: must be a network of surrogate.names or evaluation.surrogates"
     if max(study["counts"]) == 0:
         return

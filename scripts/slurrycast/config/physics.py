@@ -72,7 +72,8 @@ def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | 
     slurries : sequence of Slurry
         All DEM runs that it may ask for.
     results : path
-        Folder of the run; `physics` in its `dem/<slurry>/run.json` holds the settings of each slurry that has been run.
+        Folder of the run; `physics` in its `dem/<slurry>/run.json` holds the settings of each slurry that has been run,
+        that in `inputs.json` those of one that was cut off.
 
     Returns
     -------
@@ -84,9 +85,12 @@ def changed_physics(config: Mapping, slurries: Sequence[Slurry], results: str | 
     way_out = "choose another run.name, or set run.overwrite: true to compute it anew"
     lines, differences, wet = [], {}, wet_recipes(config)
     for slurry in slurries:
-        path = Path(results) / "dem" / slurry.id / "run.json"
+        folder = Path(results) / "dem" / slurry.id
+        path = folder / "run.json"
         if not path.exists():
-            continue
+            if not any(folder.glob("work/segment_*.json")):
+                continue
+            path = folder / "inputs.json"  # of a run that was cut off, whose finished segments would be lost
         try:
             before = dict(flat_settings(json.loads(path.read_text(encoding="utf-8"))["physics"]))
         except (OSError, ValueError, KeyError, TypeError):

@@ -88,6 +88,20 @@ def adopt(run_main, tmp_path):
     return run
 
 
+@pytest.mark.parametrize("text", ["epoch,loss,val_loss\n1,0.2,0.3\n", "epoch,loss\n\xe9\n", ""])
+def test_learning_curves_of_another_program_are_not_used(adopt, model, tmp_path, capsys, text):
+    trained = tmp_path / "trained" / "model.keras"
+    trained.parent.mkdir()
+    trained.write_bytes(model.read_bytes())
+    trained.with_name("history.csv").write_bytes(text.encode("latin-1"))
+    adopt(trained)
+    assert (tmp_path / "out.csv").read_text() == "epoch,loss,mae,val_loss,val_mae\n"
+    assert (
+        "history.csv: not used: must be a table (CSV) of numbers with the columns epoch, loss"
+        in capsys.readouterr().out
+    )
+
+
 def test_trained_network_is_adopted(adopt, model, tmp_path):
     adopt(model)
     assert (tmp_path / "out.keras").read_bytes() == model.read_bytes()

@@ -84,7 +84,8 @@ def microstructure_options(wildcards):
     slurry = wildcards.slurry.rpartition("_r")[0] if wildcards.slurry in REPLICAS else wildcards.slurry
     first = dried_slurries(wildcards.source)[: settings["tortuosity_slurries"]]
     is_explored = slurry in POINTS and any(name.startswith("tortuosity_") for name in config["explore"]["properties"])
-    if is_explored or (slurry in first and wildcards.stage in settings["tortuosity_stages"]):
+    is_solved = is_explored or (slurry in first and wildcards.stage in settings["tortuosity_stages"])
+    if is_solved and settings["tortuosity_spacings_um"]:
         options += ["--tortuosity-spacings-um", *settings["tortuosity_spacings_um"]]
         options += ["--tortuosity-axes", *settings["tortuosity_axes"], "--tortuosity-of", *settings["tortuosity_of"]]
         options += ["--tortuosity-extrapolated"] * settings["tortuosity_extrapolated"]
