@@ -63,14 +63,14 @@ onstart:
 report: "workflow/report/workflow.rst"
 
 
+# Every target records the configuration and the versions with its results.
 rule all:
-    """Make the report, and record the configuration and versions."""
+    """Make the report."""
     default_target: True
     input:
         f"{RESULTS}/report.html",
-        f"{RESULTS}/config.yaml",
-        f"{RESULTS}/versions.json",
         descriptions(SURROGATES),
+        rules.record_run.output,
     localrule: True
 
 
@@ -78,6 +78,7 @@ rule slurries:
     """Run the DEM of every slurry that somebody needs."""
     input:
         expand(rules.extract_frames.output.frames, slurry=SIMULATED),
+        rules.record_run.output,
     localrule: True
 
 
@@ -86,6 +87,7 @@ rule models:
     input:
         [model_of(surrogate) for surrogate in SURROGATES],
         descriptions(SURROGATES),
+        rules.record_run.output,
     localrule: True
 
 
@@ -93,6 +95,7 @@ rule microstructures:
     """Predict and relax every slurry that is not trained on."""
     input:
         expand(RELAXED, surrogate=SURROGATES, slurry=PREDICTED),
+        rules.record_run.output,
     localrule: True
 
 
@@ -106,6 +109,7 @@ rule tapes:
         expand(rules.render_tape.output.figure, slurry=PICTURED_TAPES),
         rules.plot_drying.output.figure,
         expand(rules.plot_tape.output.figure, slurry=SHOWN_TAPES),
+        rules.record_run.output,
     localrule: True
 
 
@@ -119,6 +123,7 @@ rule tables:
         rules.measure_relaxation.output.table,
         rules.check_training_range.output.table if RANGE_KNOWN else [],
         rules.compare_costs.output.table,
+        rules.record_run.output,
     localrule: True
 
 
@@ -126,6 +131,7 @@ rule tape_evaluation:
     """Judge whether tapes are those of the DEM."""
     input:
         expand(rules.plot_verdicts.output.figure, verdicts="tape_verdicts"),
+        rules.record_run.output,
     localrule: True
 
 
@@ -134,6 +140,7 @@ rule evaluation:
     input:
         rules.write_evaluation.output.page,
         descriptions(EVALUATED),
+        rules.record_run.output,
     localrule: True
 
 
@@ -142,6 +149,7 @@ rule convergence:
     input:
         rules.compare_timesteps.output,
         rules.plot_timesteps.output.figure,
+        rules.record_run.output,
     localrule: True
 
 
@@ -151,6 +159,7 @@ rule transfer:
         rules.compare_recipes.output.table,
         rules.plot_tuning.output.figure if TUNINGS else [],
         descriptions(EVALUATED),
+        rules.record_run.output,
     localrule: True
 
 
@@ -160,6 +169,7 @@ rule size:
         rules.compare_sizes.output.table,
         rules.compare_sizes.output.clock,
         rules.plot_sizes.output.figure,
+        rules.record_run.output,
     localrule: True
 
 
@@ -167,14 +177,14 @@ rule design:
     """Write the recipes of an exploration."""
     input:
         rules.write_design.output.table,
+        rules.record_run.output,
     localrule: True
 
 
 rule explore:
-    """Compare tapes of many recipes, and record the configuration and versions."""
+    """Compare tapes of many recipes."""
     input:
         explored_recipes,  # whose errors Snakemake would pass over below, where outputs are there
         rules.write_explore.output.page,
-        f"{RESULTS}/config.yaml",
-        f"{RESULTS}/versions.json",
+        rules.record_run.output,
     localrule: True

@@ -75,8 +75,12 @@ CHAIN = ("generate_inputs", "predict_slurry", "wrap_slurry", "relax_slurry")
 @pytest.mark.parametrize(
     ("target", "jobs", "without"),
     [
-        ("microstructures", dict.fromkeys([*CHAIN, "microstructures"], 1) | {"total": 5}, {"compute_rdf"}),
-        ("slurries", {"slurries": 1, "total": 1}, {*CHAIN}),
+        (
+            "microstructures",
+            dict.fromkeys([*CHAIN, "microstructures", "record_run"], 1) | {"total": 6},
+            {"compute_rdf"},
+        ),
+        ("slurries", {"slurries": 1, "record_run": 1, "total": 2}, {*CHAIN}),
         ("tables", dict.fromkeys([*CHAIN, "measure_relaxation", "compare_costs"], 1), {"run_slurry", "extract_frames"}),
         (
             "all",
