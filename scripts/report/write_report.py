@@ -11,6 +11,7 @@ import json
 import yaml
 
 from slurrycast import surrogates
+from slurrycast.config.formulations import wet_recipes
 from slurrycast.data.tables import read_equilibrium, read_table
 from slurrycast.evaluation.speedup import read_by_slurry
 from slurrycast.report.network_table import read_network
@@ -58,7 +59,7 @@ def main(args: Namespace) -> None:
     """Read everything and write the report."""
     config_text = args.config.read_text(encoding="utf-8")
     results = Results(
-        config=yaml.safe_load(config_text),
+        config=wet_recipes(yaml.safe_load(config_text)),
         config_text=config_text,
         versions=json.loads(args.versions.read_text(encoding="utf-8")),
         roles=args.roles,

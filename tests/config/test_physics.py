@@ -96,6 +96,9 @@ def test_a_line_has_what_the_user_wrote_beside_the_value_with_solvent(run):
     write_text("results/demo/config.yaml", yaml.safe_dump(run))
     for lines in (check(dry), problems(dry, read_slurries(TABLE), "results/demo")):
         assert re.search(said, "\n".join(lines))
+    write_text("results/demo/config.yaml", yaml.safe_dump(dry))  # as it is recorded
+    assert [line for line in problems(dry, read_slurries(TABLE), "results/demo") if "made with" in line] == []
+    write_text("results/demo/config.yaml", yaml.safe_dump(run))
     wet = merged(run, {"formulation": {"phases": {"NiO": {"mass_fraction": 0.51}, "8YSZ": {"mass_fraction": 0.36}}}})
     for lines in (check(wet), problems(wet, read_slurries(TABLE), "results/demo")):
         assert "NiO.mass_fraction = 0.52, the configuration has 0.51 (and" in "\n".join(lines)

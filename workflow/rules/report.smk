@@ -29,7 +29,7 @@ rule record_run:
     resources:
         command=lambda wildcards: shlex.join(["snakemake", *sys.argv[1:]]),
     params:
-        config=lambda wildcards: section(config),  # of a function, as it may hold braces
+        config=lambda wildcards: section(WRITTEN),  # of a function, as it may hold braces
         slurries=lambda wildcards: section([slurry.row() for slurry in SLURRY_TABLE]),
         made_with=lambda wildcards: section(MADE_WITH),
         # not an output: while one under a new name is missing, Snakemake does not see that the others are old

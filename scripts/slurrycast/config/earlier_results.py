@@ -1,8 +1,10 @@
 """Results of an earlier run, or of another machine, that are to be taken for results of this one."""
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -22,7 +24,7 @@ CONFIG, SLURRIES = "config.yaml", "slurries.tsv"  # what record_run writes
 def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -> Iterator[str]:
     """Check whether the results can be taken over as they are: whole, of this configuration and slurry table.
 
-    The configuration is that which its user wrote; that of the results has the composition of the slurry.
+    Both configurations are those that their users wrote; they are compared with the composition of the slurry.
     Yields a line for each damaged file, for the first of all settings that differ, and for slurries that differ.
     """
     yield from damaged_files(results)
@@ -36,13 +38,17 @@ def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -
         yield from lines
         return
     way_out = f"take them over with --configfile {recorded}, and change settings afterwards"
-    before = dict(flat_settings(yaml.safe_load(recorded.read_text(encoding="utf-8"))))
+    try:
+        before = dict(flat_settings(wet_recipes(yaml.safe_load(recorded.read_text(encoding="utf-8")))))
+    except (KeyError, TypeError, AttributeError):
+        yield f"{recorded}: is not the configuration of a run"
+        return
     now, written = (dict(flat_settings(recipes)) for recipes in (wet_recipes(config), config))
     if before.get("dem.skin_um") is not None:  # also of runs of before it followed from the recipe
         now["dem.skin_um"] = skin_um(config["dem"], particle_types(config["formulation"]["phases"]))
     nothing = object()
-    differing = [key for key in dict.fromkeys([*now, *before]) if now.get(key, nothing) != before.get(key, nothing)]
-    differing = [key for key in differing if key not in NOT_RESULTS]
+    pairs = {key: (now.get(key, nothing), before.get(key, nothing)) for key in dict.fromkeys([*now, *before])}
+    differing = [key for key, pair in pairs.items() if key not in NOT_RESULTS and not _same(*pair)]
     if differing:
         key, *others = differing
         was = shown(before[key]) if key in before else "nothing"
@@ -51,6 +57,12 @@ def problems(config: Mapping, slurries: Sequence[Slurry], results: str | Path) -
         yield f"{results}: made with {key} = {was}, the configuration has {has}{more}: {way_out}"
     if read_slurry_table(table)[0] != list(slurries):
         yield f"{table}: the slurries that the results were made with are not those of {config['slurries']}"
+
+
+def _same(now: Any, before: Any) -> bool:
+    """Whether two settings are equal; what follows from shares of a tape may differ in its last digit."""
+    both = isinstance(now, float) and isinstance(before, float)
+    return math.isclose(now, before, rel_tol=1e-12) if both else now == before
 
 
 def reaches(run: str | Path, last_frame: int) -> bool:
