@@ -35,7 +35,7 @@ def training() -> pd.DataFrame:
 def longer_training() -> pd.DataFrame:
     """The published network trained for longer, beside maps and fits; errors of slurries are means over them."""
     labels = ["affine", "linear", "vgg16", "vgg16_standardised"]
-    table = network_training(LONGER, *labels[1:]).drop(columns="coefficients").set_index("surrogate")
+    table = network_training(LONGER, *labels[1:]).set_index("surrogate").drop(columns="coefficients")
     table = table.reindex([f"`{label}`" for label in labels])
     errors = read_result(LONGER, "coordinate_errors").query("axis == 'all'")
     for role in ("validation", "test"):

@@ -1,12 +1,14 @@
 """Tables of the run of the published size, in README.md and docs/published.md: each public function gives one."""
 
+import numpy as np
 import pandas as pd
 
-from reference_results import accuracy, density_errors, growth, network_training, read_result, slurries
+from reference_results import REFERENCE, accuracy, density_errors, growth, network_training, read_result, slurries
 from slurrycast.evaluation.verdicts import DIFFERS
 from slurrycast.report import reference_article as article
 
 RUN = "published"
+BAROSTATS = {"npt": "NPT", "berendsen": "Berendsen"}
 COMPARED = ("vgg16", "linear", "affine")
 
 
@@ -71,6 +73,16 @@ def published_coordinates() -> pd.DataFrame:
     return _table(columns)
 
 
+def published_axes() -> pd.DataFrame:
+    """R2 of each axis of the slurry for which the article gives it."""
+    (slurry,) = article.R2_PER_AXIS
+    rows = read_result(RUN, "coordinate_errors").query(f"slurry == '{slurry}' and axis != 'all'")
+    ours = rows.pivot(index="axis", columns="surrogate", values="r2")
+    columns = {"R²: article": pd.Series(article.R2_PER_AXIS[slurry]).map("{:.3f}".format)}
+    columns |= {f"R²: `{label}`": ours[label].map("{:.4f}".format) for label in COMPARED}
+    return pd.DataFrame(columns).rename_axis("axis").reset_index()
+
+
 def published_surrogates() -> pd.DataFrame:
     """What all surrogates reach and cost."""
     return accuracy(RUN)
@@ -100,6 +112,33 @@ def published_differences() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def published_timestep() -> pd.DataFrame:
+    """Slurry 2 with the time step and the barostat of the article, and with others; ± is the sd over the seeds."""
+    rows = pd.read_csv(REFERENCE / "timestep" / "published.csv")
+    settings = rows.groupby(["timestep_us", "barostat"])
+    forms = {
+        "density (g/cm³)": ("density_g_cm3", ".4f"),
+        "contacts": ("coordination_all", ".3f"),
+        "particles with few contacts": ("share_below_4_contacts", ".2%"),
+        "mean overlap": ("overlap_mean", ".3%"),
+        "RDF difference": ("rdf_difference", ".4f"),
+        "time to equilibrium (µs)": ("time_to_equilibrium_us", ".0f"),
+    }
+    table = []
+    for (timestep_us, barostat), seeds in settings:
+        row = {
+            "time step (µs)": f"{timestep_us:g}",
+            "barostat": BAROSTATS[barostat],
+            "seeds": str(len(seeds)),
+            "simulated (µs)": f"{seeds.simulated_us.iloc[0]:.0f}",
+        }
+        for name, (column, form) in forms.items():
+            spread = f" ± {seeds[column].std():{form}}" if len(seeds) > 1 else ""
+            row[name] = f"{seeds[column].mean():{form}}{spread}"
+        table.append(row | {"CPU hours": f"{seeds.cpu_h.mean():.2f}"})
+    return pd.DataFrame(table)
+
+
 def published_training() -> pd.DataFrame:
     """How far the network was trained, and what fits of a few coefficients reach."""
     return network_training(RUN, "linear", "vgg16", "linear_box")
@@ -108,16 +147,14 @@ def published_training() -> pd.DataFrame:
 def published_cost() -> pd.DataFrame:
     """Wall time of one slurry beside the claim of the article: medians over the test slurries."""
     rows = read_result(RUN, "article_costs").pivot(index="surrogate", columns="term", values="ours")
-    rows.loc["article"] = {
-        "full DEM": article.FULL_DEM_MIN,
-        "hybrid": article.HYBRID_MIN,
-        "full DEM / hybrid": article.COST_RATIO,
-    }
+    theirs = read_result(RUN, "article_costs").drop_duplicates("term").set_index("term").article
+    rows.loc["article"] = theirs.drop([term for term in theirs.index if term.startswith("share")])
     shown = ["article", *dict.fromkeys(read_result(RUN, "article_costs").surrogate)]
     forms = {
         "full DEM (min)": ("full DEM", "{:,.1f}"),
         "with the surrogate (min)": ("hybrid", "{:.2f}"),
-        "ratio": ("full DEM / hybrid", "{:.1f}"),
+        "ratio with the DEM to frame 10": ("the same with the DEM to the last input frame", "{:.1f}"),
+        "without it": ("the same without the DEM to the last input frame", "{:.1f}"),
         "DEM to equilibrium / surrogate": ("DEM to equilibrium / hybrid", "{:.1f}"),
         "share of the relaxation": ("share of hybrid: relaxation", "{:.0f}%"),
     }
@@ -148,9 +185,36 @@ def published_rest() -> pd.DataFrame:
     return pd.DataFrame(columns).loc[rows.index].reset_index()
 
 
+def _exponent(jobs: pd.DataFrame) -> float:
+    """Exponent of the CPU time of the largest jobs of each slurry against its particles; NaN with one size."""
+    cpu_s = jobs.groupby("slurry").cpu_s.max()
+    sizes = read_result(RUN, "equilibrium").set_index("slurry").particles.reindex(cpu_s.index).dropna()
+    if sizes.nunique() < 2:
+        return np.nan
+    return np.polyfit(np.log(sizes), np.log(cpu_s[sizes.index]), 1)[0]
+
+
 def published_stages() -> pd.DataFrame:
-    """CPU time and memory of the longest job of each stage."""
+    """CPU time, its growth and memory of each stage, the longest job of each and all together."""
     rows = read_result(RUN, "cost")
-    rows = rows[rows.max_rss_mb.notna()].groupby("stage", sort=False)[["cpu_s", "max_rss_mb"]].max()
-    columns = {"CPU time (s)": rows.cpu_s.map("{:,.1f}".format), "memory (MB)": rows.max_rss_mb.map("{:,.0f}".format)}
+    stages = rows[rows.max_rss_mb.notna()].groupby("stage", sort=False)
+    columns = {
+        "longest job (CPU s)": stages.cpu_s.max().map("{:,.1f}".format),
+        "exponent": stages.apply(_exponent).map("{:.2f}".format, na_action="ignore"),
+        "memory (MB)": stages.max_rss_mb.max().map("{:,.0f}".format),
+        "all jobs (CPU min)": (stages.cpu_s.sum() / 60).map("{:,.1f}".format),
+    }
     return pd.DataFrame(columns).rename_axis("stage").rename("`{}`".format).reset_index()
+
+
+def published_pages() -> pd.DataFrame:
+    """CPU time and memory of stages that keep no record of their cost, and how large their files are."""
+    rows = pd.read_csv(REFERENCE / "pages" / "pages.csv")
+    columns = {
+        "stage": rows.stage.map("`{}`".format),
+        "file": rows.file.map("`{}`".format),
+        "CPU time (s)": rows.cpu_s.map("{:.1f}".format),
+        "memory (MB)": rows.max_rss_mb.map("{:,.0f}".format),
+        "file (MB)": rows.size_mb.map("{:.2f}".format),
+    }
+    return pd.DataFrame(columns)

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = ROOT / "results" / "reference"
 
 MISSING = "-"
+ERRORS = ("training error (µm²)", "validation error (µm²)", "training error, last epoch (µm²)")
 NETWORK_SIZE = f"{reference_article.PARAMETERS / 1e6:.1f} M"
 
 
@@ -140,33 +141,39 @@ def accuracy(run: str, *labels: str) -> pd.DataFrame:
 
 
 def network_training(run: str, *labels: str) -> pd.DataFrame:
-    """How far the networks among `labels` were trained, the errors of fits and networks, and the article's training."""
+    """How far the networks among `labels` were trained, the errors of maps, fits and networks, and the article's.
+
+    The affine map comes with the first fit, if its model has the errors of it. Errors are those of the best epoch.
+    """
     folder = REFERENCE / run
     config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
     cost = read_result(run, "cost")
     samples = cost[cost.slurry.isin(slurries(run, "train")) & (cost.stage == "generate_inputs")].particles.sum()
     trained_on = 1 - config["learning"]["validation_share"]
+    training, validation, last = ERRORS
     rows = []
     for label in labels:
         fit = folder / "models" / label / "model.json"
         if fit.exists():
             model = json.loads(fit.read_text(encoding="utf-8"))
-            losses = (model["training_mse_um2"], model["validation_mse_um2"])
-            rows.append((f"`{label}`", str(len(model["coefficients"])), MISSING, MISSING, *losses))
+            for name, prefix, size in (("affine", "affine_", 0), (label, "", len(model["coefficients"]))):
+                known = f"{prefix}training_mse_um2" in model and name not in [row["surrogate"] for row in rows]
+                if known:
+                    errors = {kind: model[f"{prefix}{kind.split()[0]}_mse_um2"] for kind in (training, validation)}
+                    rows.append({"surrogate": name, "coefficients": str(size)} | errors)
             continue
         history = pd.read_csv(folder / "models" / label / "history.csv")
-        updates = len(history) * math.ceil(
-            trained_on * samples / config["surrogate"][surrogates.parse(label).name]["batch_size"]
-        )
+        batch_size = config["surrogate"][surrogates.parse(label).name]["batch_size"]
+        updates = len(history) * math.ceil(trained_on * samples / batch_size)
         best = history.loc[history.val_loss.idxmin()]
-        epochs = f"{best.epoch:.0f} of {len(history)}"
-        losses = (best.loss, best.val_loss)
-        rows.append((f"`{label}`", NETWORK_SIZE, f"{updates:,}", epochs, *losses))
+        row = {"updates": f"{updates:,}", "best epoch": f"{best.epoch:.0f} of {len(history)}"}
+        errors = {training: best.loss, validation: best.val_loss, last: history.loss.iloc[-1]}
+        rows.append({"surrogate": label, "coefficients": NETWORK_SIZE} | row | errors)
     updates = reference_article.EPOCHS * math.ceil(0.8 * reference_article.SAMPLES / reference_article.BATCH_SIZE)
-    rows.append(("reference article", NETWORK_SIZE, f"{updates:,}", MISSING, math.nan, math.nan))
-    table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", "training", "validation"])
-    errors = {f"{kind} error (µm²)": table.pop(kind) for kind in ("training", "validation")}
-    return table.assign(**{name: values.map("{:.4f}".format, na_action="ignore") for name, values in errors.items()})
+    rows = [row | {"surrogate": f"`{row['surrogate']}`"} for row in rows]
+    rows.append({"surrogate": "reference article", "coefficients": NETWORK_SIZE, "updates": f"{updates:,}"})
+    table = pd.DataFrame(rows, columns=["surrogate", "coefficients", "updates", "best epoch", *ERRORS])
+    return table.assign(**{name: table[name].map("{:.4f}".format, na_action="ignore") for name in ERRORS})
 
 
 def growth(run: str, *labels: str) -> pd.DataFrame:
@@ -175,9 +182,9 @@ def growth(run: str, *labels: str) -> pd.DataFrame:
     columns = {
         "surrogate": [f"`{label}`" for label in labels],
         "exponent": rows.hybrid_exponent.map("{:.2f}".format) + rows.hybrid_exponent_se.map(" ± {:.2f}".format),
-        "training (CPU min)": (rows.training_s / 60).map("{:.1f}".format),
-        "slurries to pay the training": rows.slurries_to_pay_training.map("{:.0f}".format),
-        "and the DEM of its slurries": rows.slurries_to_pay_training_and_dem.map("{:.0f}".format),
+        "training (CPU min)": (rows.training_s / 60).map("{:.1f}".format, na_action="ignore"),
+        "slurries to pay the training": rows.slurries_to_pay_training.map("{:.0f}".format, na_action="ignore"),
+        "and the DEM of its slurries": rows.slurries_to_pay_training_and_dem.map("{:.0f}".format, na_action="ignore"),
     }
     dem = f"{rows.dem_exponent.iloc[0]:.2f} ± {rows.dem_exponent_se.iloc[0]:.2f}"
     return pd.concat([pd.DataFrame({"surrogate": ["full DEM"], "exponent": [dem]}), pd.DataFrame(columns)])

@@ -104,7 +104,8 @@ def draw_learning_curves(history: pd.DataFrame, reached: pd.DataFrame | None = N
         if reached is not None:
             draw_reached(axes, reached, column)
         if len(history) >= LONG:
-            axes.set_ylim(top=1.1 * highest_after_start(history, training))
+            lowest = min(np.nanmin(line.get_ydata()) for line in axes.lines if len(line.get_ydata()))
+            axes.set_ylim(0.95 * lowest, 1.1 * highest_after_start(history, training))
         low, high = axes.get_ylim()
         plain_ticks(axes.yaxis, LogLocator(subs=(1, 2, 5)) if high > 10 * low else AutoLocator())
         axes.legend(loc="upper right", frameon=True, edgecolor="none")  # over a peak of the curves it stays readable
