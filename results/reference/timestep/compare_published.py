@@ -11,7 +11,8 @@
 
 In: for each row the folder of a run, followed by a slurry of it.
 Out: CSV of one row a slurry: barostat, time step, seed, time that was simulated, the last density and contacts, the
-RDF's mean difference from those of the other seeds of the first run, time to equilibrium, and CPU hours of LAMMPS.
+RDF's mean difference from those of the other seeds of the first run, time to equilibrium, CPU hours of LAMMPS, and
+milliseconds a step in its last segment.
 """
 
 import json
@@ -40,7 +41,7 @@ def measured(run: Path, slurry: str) -> tuple[dict, np.ndarray]:
     position_um, (lower_um, edges_um) = store.position_um(store.last), store.box(store.last)
     structure = structure_measures(position_um, lower_um, edges_um, store.particles)
     bins_um = bin_edges_um(CUTOFF_UM, BINS, [edges_um])
-    dem = done["physics"]["dem"]
+    dem, last = done["physics"]["dem"], done["segments"][-1]
     row = {
         "run": run.name,
         "slurry": slurry,
@@ -53,6 +54,7 @@ def measured(run: Path, slurry: str) -> tuple[dict, np.ndarray]:
             thermo.time_us.to_numpy(), thermo.density_g_cm3.to_numpy()
         ).time_to_equilibrium_us,
         "cpu_h": (done["start"]["cpu_s"] + sum(segment["cpu_s"] for segment in done["segments"])) / 3600,
+        "last_cpu_ms_per_step": 1000 * last["cpu_s"] / (last["step_end"] - last["step_start"]),
     }
     return row, radial_distributions(position_um, lower_um, edges_um, store.particles, bins_um)["all"]
 
