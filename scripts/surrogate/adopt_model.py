@@ -7,33 +7,34 @@ Out: the model, its learning curves (CSV; without rows if there are none, or the
 was trained on (an empty JSON mapping where nothing is known).
 """
 
+import csv
 import shutil
 from pathlib import Path
 
-import pandas as pd
-from pandas.api.types import is_numeric_dtype
-
-from slurrycast.data.tables import write_table
 from slurrycast.runtime.command_line import Namespace, Parser, run_main
 from slurrycast.runtime.costs import measured_cost
-from slurrycast.runtime.files import moved_into_place
+from slurrycast.runtime.files import moved_into_place, write_text
 from slurrycast.surrogates.trained_on import beside, read_trained_on, write_trained_on
 
 COLUMNS = ["epoch", "loss", "mae", "val_loss", "val_mae"]
 
 
-def read_history(path: Path) -> pd.DataFrame:
-    """Learning curves of a model; without rows if the file is missing or is another program's."""
+def read_history(path: Path) -> str:
+    """Learning curves of a model as CSV; without rows if the file is missing or is another program's."""
+    none = ",".join(COLUMNS) + "\n"
     if not path.exists():
-        return pd.DataFrame(columns=COLUMNS)
+        return none
     try:
-        history = pd.read_csv(path)
-        if set(COLUMNS) <= set(history) and all(map(is_numeric_dtype, history.dtypes)):
-            return history
-    except ValueError:  # of pandas, and of text in another encoding
+        text = path.read_text(encoding="utf-8")
+        header, *rows = csv.reader(text.splitlines())
+        if set(COLUMNS) <= set(header) and all(
+            len([float(cell or "nan") for cell in row]) == len(header) for row in rows
+        ):
+            return text
+    except ValueError:  # no number, no header, or another encoding
         pass
     print(f"{path}: not used: must be a table (CSV) of numbers with the columns {', '.join(COLUMNS)}")
-    return pd.DataFrame(columns=COLUMNS)
+    return none
 
 
 def add_options(parser: Parser) -> None:
@@ -51,7 +52,7 @@ def main(args: Namespace) -> None:
     with measured_cost(args.cost, "adopt_model", surrogate=args.surrogate):
         with moved_into_place(args.model) as part:
             shutil.copyfile(args.trained, part)
-        write_table(args.history, read_history(args.trained.with_name("history.csv")))
+        write_text(args.history, read_history(args.trained.with_name("history.csv")))
         write_trained_on(args.trained_on, read_trained_on(beside(args.trained)) or {})
     print(f"{args.surrogate}: {args.trained} is used as it is")
 
