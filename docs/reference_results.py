@@ -156,11 +156,15 @@ def network_training(run: str, *labels: str) -> pd.DataFrame:
         fit = folder / "models" / label / "model.json"
         if fit.exists():
             model = json.loads(fit.read_text(encoding="utf-8"))
-            for name, prefix, size in (("affine", "affine_", 0), (label, "", len(model["coefficients"]))):
-                known = f"{prefix}training_mse_um2" in model and name not in [row["surrogate"] for row in rows]
-                if known:
-                    errors = {kind: model[f"{prefix}{kind.split()[0]}_mse_um2"] for kind in (training, validation)}
-                    rows.append({"surrogate": name, "coefficients": str(size)} | errors)
+            maps = [(label, "", len(model["coefficients"]))]
+            if not rows and "affine_training_mse_um2" in model:
+                maps.insert(0, ("affine", "affine_", 0))
+            for name, prefix, size in maps:
+                errors = {
+                    training: model[f"{prefix}training_mse_um2"],
+                    validation: model[f"{prefix}validation_mse_um2"],
+                }
+                rows.append({"surrogate": name, "coefficients": str(size)} | errors)
             continue
         history = pd.read_csv(folder / "models" / label / "history.csv")
         batch_size = config["surrogate"][surrogates.parse(label).name]["batch_size"]

